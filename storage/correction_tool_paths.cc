@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "storage/optional_reals.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -31,7 +33,7 @@ absl::StatusOr<CorrectionToolPathRow> ReadPath(const Rows& rows, int row) {
   const std::vector<double> tips = rows.Reals(row, 1), nominal_tips = rows.Reals(row, 2),
                             commanded = rows.Reals(row, 3), nominal = rows.Reals(row, 4), tilts = rows.Reals(row, 6),
                             turns = rows.Reals(row, 7), starts = rows.Reals(row, 8);
-  const std::vector<double> reached = rows.IsNull(row, 5) ? std::vector<double>() : rows.Reals(row, 5);
+  const std::vector<double> reached = OptionalRealsAt(rows, row, 5);
   CorrectionToolPathRow path;
   path.greatest_chord_um = rows.Real(row, 9);
   path.greatest_axis_deviation_deg = rows.Real(row, 10);
@@ -72,7 +74,7 @@ absl::Status InsertCorrectionToolPath(Transaction& transaction, const std::strin
   }
   Params params;
   params.Uuid(correction_id).Text(group).Reals(tips).Reals(nominal_tips).Reals(commanded).Reals(nominal);
-  reached.empty() ? params.Null() : params.Reals(reached);
+  AddOptionalReals(reached, &params);
   params.Reals(tilts).Reals(turns).Reals(starts).Real(path.greatest_chord_um).Real(path.greatest_axis_deviation_deg);
   return transaction.Execute(kInsert, params).status();
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <utility>
 
+#include "storage/optional_reals.h"
 #include "storage/three.h"
 
 namespace sixpoint::storage {
@@ -66,7 +67,7 @@ Params RegionParams(const std::string& deviation_id, std::size_t index, const De
   params.Uuid(deviation_id).Int(static_cast<std::int64_t>(index)).Text(region.region);
   for (const std::vector<double>* three :
        {&region.minimum_in_part_mm, &region.maximum_in_part_mm, &region.facing_in_part})
-    three->empty() ? params.Null() : params.Reals(*three);
+    AddOptionalReals(*three, &params);
   params.OptionalReal(region.facing_within_deg).Real(region.area_mm2).Real(region.seen_area_mm2);
   params.Int(region.point_count);
   if (!region.values) {
@@ -83,9 +84,9 @@ Params RegionParams(const std::string& deviation_id, std::size_t index, const De
 DeviationRegionRow ReadRegion(const Rows& rows, int row) {
   DeviationRegionRow region;
   region.region = rows.Text(row, 1);
-  if (!rows.IsNull(row, 2)) region.minimum_in_part_mm = rows.Reals(row, 2);
-  if (!rows.IsNull(row, 3)) region.maximum_in_part_mm = rows.Reals(row, 3);
-  if (!rows.IsNull(row, 4)) region.facing_in_part = rows.Reals(row, 4);
+  region.minimum_in_part_mm = OptionalRealsAt(rows, row, 2);
+  region.maximum_in_part_mm = OptionalRealsAt(rows, row, 3);
+  region.facing_in_part = OptionalRealsAt(rows, row, 4);
   region.facing_within_deg = rows.OptionalReal(row, 5);
   region.area_mm2 = rows.Real(row, 6);
   region.seen_area_mm2 = rows.Real(row, 7);
@@ -103,7 +104,7 @@ Params ProfileParams(const std::string& deviation_id, std::size_t index, const D
   params.Text(profile.zone).Real(profile.lower_mm).Real(profile.upper_mm).Real(profile.least_coverage);
   params.Text(profile.verdict).Text(profile.reason).Real(profile.coverage).Real(profile.out_mm2);
   params.Real(profile.undecided_mm2).Int(profile.area_count);
-  profile.motion.empty() ? params.Null() : params.Reals(profile.motion);
+  AddOptionalReals(profile.motion, &params);
   for (const std::optional<DeviationPatchRow>* patch : {&profile.lowest, &profile.highest}) {
     if (patch->has_value())
       AddPatch(**patch, &params);
@@ -127,7 +128,7 @@ DeviationProfileRow ReadProfile(const Rows& rows, int row) {
   profile.out_mm2 = rows.Real(row, 10);
   profile.undecided_mm2 = rows.Real(row, 11);
   profile.area_count = static_cast<int>(rows.Int(row, 12));
-  if (!rows.IsNull(row, 13)) profile.motion = rows.Reals(row, 13);
+  profile.motion = OptionalRealsAt(rows, row, 13);
   if (!rows.IsNull(row, 14)) profile.lowest = PatchAt(rows, row, 14);
   if (!rows.IsNull(row, 18)) profile.highest = PatchAt(rows, row, 18);
   return profile;

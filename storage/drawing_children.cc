@@ -2,6 +2,8 @@
 
 #include <map>
 
+#include "storage/optional_reals.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -94,7 +96,7 @@ absl::Status InsertPlaces(Transaction& transaction, const DrawingRow& drawing) {
     Params params = Begin(drawing);
     params.Int(index++).Text(region.region);
     for (const auto* const values : {&region.minimum_in_part_mm, &region.maximum_in_part_mm, &region.facing_in_part})
-      AddVector(*values, &params);
+      AddOptionalReals(*values, &params);
     params.OptionalReal(region.facing_within_deg);
     if (const auto put = transaction.Execute(kInsertRegion, params); !put.ok()) return put.status();
   }
@@ -104,7 +106,7 @@ absl::Status InsertPlaces(Transaction& transaction, const DrawingRow& drawing) {
     params.Int(index++).Text(section.section).OptionalReal(section.height_mm);
     for (const auto* const values : {&section.origin_in_part_mm, &section.normal_in_part, &section.reference_in_part,
                                      &section.leading_in_part_mm, &section.near_in_part_mm})
-      AddVector(*values, &params);
+      AddOptionalReals(*values, &params);
     params.Real(section.half_width_mm);
     if (const auto put = transaction.Execute(kInsertSection, params); !put.ok()) return put.status();
   }
@@ -117,7 +119,7 @@ absl::Status InsertCharacteristics(Transaction& transaction, const DrawingRow& d
     Params params = Begin(drawing);
     params.Int(index++);
     for (const auto text : kSaid) params.OptionalText(one.*text);
-    AddVector(one.along_in_part, &params);
+    AddOptionalReals(one.along_in_part, &params);
     for (const auto text : kPlaced) params.OptionalText(one.*text);
     params.OptionalReal(one.nominal).OptionalReal(one.lower_limit).OptionalReal(one.upper_limit);
     params.OptionalText(one.zone).OptionalText(one.datum_system).OptionalReal(one.least_coverage);
@@ -164,7 +166,7 @@ CharacteristicRow CharacteristicAt(const Rows& rows, int row) {
   CharacteristicRow one;
   int column = 0;
   for (const auto text : kSaid) one.*text = rows.OptionalText(row, column++);
-  one.along_in_part = VectorAt(rows, row, column++);
+  one.along_in_part = OptionalRealsAt(rows, row, column++);
   for (const auto text : kPlaced) one.*text = rows.OptionalText(row, column++);
   for (auto* const figure : {&one.nominal, &one.lower_limit, &one.upper_limit})
     *figure = rows.OptionalReal(row, column++);
@@ -185,7 +187,7 @@ absl::Status ReadSections(Transaction& transaction, DrawingRow* drawing) {
     int column = 2;
     for (auto* const values : {&section.origin_in_part_mm, &section.normal_in_part, &section.reference_in_part,
                                &section.leading_in_part_mm, &section.near_in_part_mm})
-      *values = VectorAt(rows, row, column++);
+      *values = OptionalRealsAt(rows, row, column++);
     section.half_width_mm = rows.Real(row, column);
   });
 }
@@ -200,14 +202,6 @@ DecisionRuleRow DecisionRuleAt(const Rows& rows, int row, int column) {
   return {rows.OptionalText(row, column), rows.OptionalText(row, column + 1), rows.OptionalReal(row, column + 2)};
 }
 
-void AddVector(const std::vector<double>& values, Params* params) {
-  values.empty() ? params->Null() : params->Reals(values);
-}
-
-std::vector<double> VectorAt(const Rows& rows, int row, int column) {
-  return rows.IsNull(row, column) ? std::vector<double>() : rows.Reals(row, column);
-}
-
 absl::Status InsertDrawingChildren(Transaction& transaction, const DrawingRow& drawing) {
   for (const auto insert : {InsertPlaces, InsertDatumSystems, InsertCharacteristics, InsertRequirements})
     if (absl::Status put = insert(transaction, drawing); !put.ok()) return put;
@@ -216,8 +210,8 @@ absl::Status InsertDrawingChildren(Transaction& transaction, const DrawingRow& d
 
 absl::Status ReadDrawingChildren(Transaction& transaction, DrawingRow* drawing) {
   absl::Status read = Each(transaction, kSelectRegions, *drawing, [&](const Rows& rows, int row) {
-    drawing->regions.push_back({rows.Text(row, 0), VectorAt(rows, row, 1), VectorAt(rows, row, 2),
-                                VectorAt(rows, row, 3), rows.OptionalReal(row, 4)});
+    drawing->regions.push_back({rows.Text(row, 0), OptionalRealsAt(rows, row, 1), OptionalRealsAt(rows, row, 2),
+                                OptionalRealsAt(rows, row, 3), rows.OptionalReal(row, 4)});
   });
   for (const auto more : {ReadDatumSystems, ReadSections})
     if (read.ok()) read = more(transaction, drawing);

@@ -15,8 +15,5 @@ absl::Status ReadDrawingChildren(Transaction& transaction, DrawingRow* drawing);
 // Columns of a rule: kind, edition, factor.
 void Add(const DecisionRuleRow& rule, Params* params);
 DecisionRuleRow DecisionRuleAt(const Rows& rows, int row, int column);
-// NULL of an empty one.
-void AddVector(const std::vector<double>& values, Params* params);
-std::vector<double> VectorAt(const Rows& rows, int row, int column);
 
 }  // namespace sixpoint::storage

@@ -5,6 +5,7 @@
 #include "refusal/refusal.h"
 #include "storage/clearances.h"
 #include "storage/drawing_children.h"
+#include "storage/optional_reals.h"
 #include "storage/requests.h"
 
 namespace sixpoint::storage {
@@ -65,7 +66,7 @@ absl::Status InsertRevision(Transaction& transaction, const DrawingRow& drawing,
   params.Text(drawing.part_number).Text(drawing.part_name).OptionalText(drawing.part_revision_level);
   drawing.additional_changes.empty() ? params.Null() : params.Texts(drawing.additional_changes);
   Add(drawing.decision_rule, &params);
-  AddVector(drawing.neighbour_offset_in_part_mm, &params);
+  AddOptionalReals(drawing.neighbour_offset_in_part_mm, &params);
   drawing.neighbour_offset_in_part_mm.empty() ? params.Null() : params.Real(drawing.neighbour_standard_uncertainty_um);
   params.Text(drawing.requested_by);
   if (const auto inserted = transaction.Execute(kInsertRevision, params); !inserted.ok()) return inserted.status();
@@ -126,7 +127,7 @@ absl::StatusOr<std::optional<DrawingRow>> FindListedDrawing(Transaction& transac
     *text = rows->OptionalText(0, column++);
   if (!rows->IsNull(0, column)) drawing.additional_changes = rows->Texts(0, column);
   drawing.decision_rule = DecisionRuleAt(*rows, 0, column + 1);
-  drawing.neighbour_offset_in_part_mm = VectorAt(*rows, 0, column + 4);
+  drawing.neighbour_offset_in_part_mm = OptionalRealsAt(*rows, 0, column + 4);
   drawing.neighbour_standard_uncertainty_um = rows->OptionalReal(0, column + 5).value_or(0);
   if (absl::Status read = rows->status(); !read.ok()) return read;
   const auto valid = transaction.Execute(kSelectPartRevisions, Params().Text(id).Int(drawing.revision));

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/inspections.h"
+#include "storage/optional_reals.h"
 #include "storage/three.h"
 
 namespace sixpoint::storage {
@@ -78,10 +79,6 @@ Params HolesParams(const InspectionRow& inspection) {
   return params.Texts(along_budgets).Texts(across_budgets);
 }
 
-std::vector<double> BudgetAt(const Rows& rows, int row, int column) {
-  return rows.IsNull(row, column) ? std::vector<double>() : rows.Reals(row, column);
-}
-
 HoleDetailRow ReadHole(const Rows& rows, int row) {
   HoleDetailRow values;
   values.measured_by = rows.Text(row, 2);
@@ -89,8 +86,8 @@ HoleDetailRow ReadHole(const Rows& rows, int row) {
   values.diameter_reason = rows.Text(row, 4);
   values.along_in_part = ThreeOf(rows.Reals(row, 5));
   values.across_in_part = ThreeOf(rows.Reals(row, 6));
-  values.along_um = {rows.Real(row, 7), rows.Real(row, 8), BudgetAt(rows, row, 18)};
-  values.across_um = {rows.Real(row, 9), rows.Real(row, 10), BudgetAt(rows, row, 19)};
+  values.along_um = {rows.Real(row, 7), rows.Real(row, 8), OptionalRealsAt(rows, row, 18)};
+  values.across_um = {rows.Real(row, 9), rows.Real(row, 10), OptionalRealsAt(rows, row, 19)};
   values.inclination_along_deg = {rows.Real(row, 11), rows.Real(row, 12)};
   values.inclination_across_deg = {rows.Real(row, 13), rows.Real(row, 14)};
   values.pin_diameter_expanded_uncertainty_um = rows.OptionalReal(row, 15);
@@ -132,7 +129,7 @@ HolePitchRow ReadPitch(const Rows& rows, int row) {
   pitch.nominal_pitch_mm = rows.Real(row, 4);
   if (!rows.IsNull(row, 5))
     pitch.measured = HolePitchRow::Measured{
-        {rows.Real(row, 5), rows.Real(row, 6), BudgetAt(rows, row, 9)}, rows.Real(row, 7), rows.Real(row, 8)};
+        {rows.Real(row, 5), rows.Real(row, 6), OptionalRealsAt(rows, row, 9)}, rows.Real(row, 7), rows.Real(row, 8)};
   return pitch;
 }
 

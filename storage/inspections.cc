@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "storage/children.h"
+#include "storage/optional_reals.h"
 #include "storage/postgres_results.h"
 #include "storage/scan_keys.h"
 #include "storage/three.h"
@@ -147,7 +148,7 @@ InspectionHoleRow ReadHole(const Rows& rows, int row) {
   hole.reason = rows.Text(row, 17);
   hole.positioning_difference_um = rows.Real(row, 18);
   if (!rows.IsNull(row, 19)) hole.pin_half_play_um = rows.Real(row, 19);
-  if (!rows.IsNull(row, 20)) hole.budget_um = rows.Reals(row, 20);
+  hole.budget_um = OptionalRealsAt(rows, row, 20);
   return hole;
 }
 

@@ -4,6 +4,7 @@
 
 #include "storage/children.h"
 #include "storage/one_read.h"
+#include "storage/optional_reals.h"
 #include "storage/postgres_results.h"
 #include "storage/scan_keys.h"
 #include "storage/three.h"
@@ -63,12 +64,6 @@ constexpr char kSelectOutlines[] =
     "SELECT part_from_section, nominal_mm, measured_mm, deviations_um, gaps_before::double precision[] FROM "
     "section_outlines WHERE section_measurement_id = $1 ORDER BY section_index";
 
-void AddReals(const std::vector<double>& values, Params* params) {
-  values.empty() ? params->Null() : params->Reals(values);
-}
-std::vector<double> OptionalReals(const Rows& rows, int row, int column) {
-  return rows.IsNull(row, column) ? std::vector<double>() : rows.Reals(row, column);
-}
 std::vector<double> ListOf(const std::array<double, 3>& three) { return {three.begin(), three.end()}; }
 
 Params MeasurementParams(const SectionMeasurementRow& row) {
@@ -76,7 +71,7 @@ Params MeasurementParams(const SectionMeasurementRow& row) {
   params.Uuid(row.section_measurement_id).Text(row.blade_serial).Uuid(row.registration_id).Text(row.machine_id);
   params.Int(row.machine_revision).Text(row.part_id).Int(row.part_revision).Uuid(row.sensor_calibration_id);
   params.Uuid(row.rotation_calibration_id).Text(row.method).Real(row.half_width_mm).Text(row.reference_section);
-  AddReals(row.neighbour_offset_in_part_mm, &params);
+  AddOptionalReals(row.neighbour_offset_in_part_mm, &params);
   params.OptionalReal(row.neighbour_standard_uncertainty_um).Digest(row.outlines_sha256);
   return params.Text(row.requested_by).Text(row.software_version).Text(row.computed_on);
 }
@@ -95,7 +90,7 @@ SectionMeasurementRow ReadMeasurement(const Rows& rows, int row) {
   measurement.method = rows.Text(row, 9);
   measurement.half_width_mm = rows.Real(row, 10);
   measurement.reference_section = rows.Text(row, 11);
-  measurement.neighbour_offset_in_part_mm = OptionalReals(rows, row, 12);
+  measurement.neighbour_offset_in_part_mm = OptionalRealsAt(rows, row, 12);
   measurement.neighbour_standard_uncertainty_um = rows.OptionalReal(row, 13);
   measurement.outlines_sha256 = rows.Digest(row, 14);
   measurement.software_version = rows.Text(row, 16);
@@ -111,8 +106,8 @@ Params SectionParams(const std::string& id, std::size_t index, const SectionRow&
   Params params;
   params.Uuid(id).Int(static_cast<std::int64_t>(index)).Text(row.section).Reals(ListOf(row.origin_in_part_mm));
   params.Reals(ListOf(row.normal_in_part)).Reals(ListOf(row.reference_in_part));
-  AddReals(row.leading_in_part_mm, &params);
-  AddReals(row.near_in_part_mm, &params);
+  AddOptionalReals(row.leading_in_part_mm, &params);
+  AddOptionalReals(row.near_in_part_mm, &params);
   if (row.found)
     params.Text(row.found->leading_end).Text(row.found->trailing_end).Int(row.point_count).Int(row.outlier_count);
   else
@@ -133,8 +128,8 @@ SectionRow ReadSection(const Rows& rows, int row) {
   section.origin_in_part_mm = ThreeOf(rows.Reals(row, 2));
   section.normal_in_part = ThreeOf(rows.Reals(row, 3));
   section.reference_in_part = ThreeOf(rows.Reals(row, 4));
-  section.leading_in_part_mm = OptionalReals(rows, row, 5);
-  section.near_in_part_mm = OptionalReals(rows, row, 6);
+  section.leading_in_part_mm = OptionalRealsAt(rows, row, 5);
+  section.near_in_part_mm = OptionalRealsAt(rows, row, 6);
   section.point_count = rows.Int(row, 9);
   section.outlier_count = rows.Int(row, 10);
   section.reason = rows.Text(row, 15);

@@ -1,7 +1,6 @@
 #include "services/inspection/deviation_rows.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 #include "services/clients/error_sources.h"
 #include "services/inspection/little_endian.h"
 #include "services/inspection/registered_row.h"
+#include "services/inspection/row_geometry.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/resource_name.h"
 #include "storage/blobs.h"
@@ -25,9 +25,6 @@ constexpr char kRule[] =
     "ISO 14253-1 patch by patch: conform where the mean and its U lie within the limits everywhere and enough was "
     "seen, not conform where one "
     "patch is beyond a limit by more than its U; U: 95 %";
-
-std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-std::vector<double> ListOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 // Kept and answered as float: what reads back is what was digested.
 double Short(double value) { return static_cast<double>(static_cast<float>(value)); }

@@ -8,11 +8,11 @@
 #include "services/inspection/deviation_rows.h"
 #include "services/inspection/map_deviation.h"
 #include "services/inspection/registered_blade.h"
+#include "services/inspection/replay_registered.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
-#include "services/runtime/replay.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::inspection {
@@ -58,9 +58,9 @@ absl::StatusOr<runtime::Made<storage::DeviationMapRow>> DeviationService::Make(c
   RegisteredBlade blade;
   absl::Status status = FetchWhole(*peers_, request.registration(), is_new, caller, &blade);
   if (!status.ok()) return status;
-  const auto with_pins = PinsStand(*peers_, blade.registration, caller);
-  if (!with_pins.ok()) return with_pins.status();
-  auto mapped = inspection::MapDeviation(peers_->scans, blade, *with_pins, *order, options_.threads, caller);
+  auto pins = StandingPins(*peers_, blade, caller);
+  if (!pins.ok()) return pins.status();
+  auto mapped = inspection::MapDeviation(peers_->scans, blade, *std::move(pins), *order, options_.threads, caller);
   if (!mapped.ok()) return mapped.status();
   return RecordOf(blade, *order, *std::move(mapped));
 }
@@ -130,18 +130,13 @@ grpc::Status DeviationService::ReplayDeviationMap(grpc::ServerContext* context,
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto recorded = runtime::GetResult<v1::DeviationMap>(*store_, caller.deadline, "deviations", request->name(),
                                                              errors::v1::DEVIATION_MAP_NOT_FOUND, MapOf);
-  if (!recorded.ok()) return ToGrpc(recorded.status());
-  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
-  if (!slot.ok()) return ToGrpc(slot.status());
-  auto registration = peers_->registrations.Replay(recorded->registration(), caller.make_context());
-  if (!registration.ok()) return ToGrpc(registration.status());
-  const auto made = Make(RequestOf(*recorded), false, caller);
-  auto replay =
-      runtime::ReplayOf(*recorded, made.ok() ? ToProto(made->row) : absl::StatusOr<v1::DeviationMap>(made.status()));
-  if (!replay.ok()) return ToGrpc(replay.status());
-  runtime::AddInput(*std::move(registration), &*replay);
-  *response = *std::move(replay);
-  return grpc::Status::OK;
+  return runtime::Answer(ReplayRegistered(recorded, *peers_, caller, &running_,
+                                          [&](const v1::DeviationMap& of) -> absl::StatusOr<v1::DeviationMap> {
+                                            const auto made = Make(RequestOf(of), false, caller);
+                                            if (!made.ok()) return made.status();
+                                            return ToProto(made->row);
+                                          }),
+                         response);
 }
 
 }  // namespace sixpoint::inspection

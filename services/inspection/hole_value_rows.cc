@@ -1,9 +1,9 @@
 #include "services/inspection/hole_value_rows.h"
 
-#include <array>
 #include <utility>
 
 #include "services/clients/error_sources.h"
+#include "services/inspection/row_geometry.h"
 #include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
 
@@ -15,8 +15,6 @@ using storage::StatedValueRow;
 
 constexpr double kTo_um = 1e3;
 constexpr double kTo_deg = 180 / 3.14159265358979323846;
-
-std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 const char* TextOf(metrology::SurfaceReference reference) {
   switch (reference) {

@@ -49,8 +49,8 @@ class BlockReader {
 }  // namespace
 
 absl::StatusOr<MappedDeviation> MapDeviation(const clients::ScanClient& scans, const RegisteredBlade& blade,
-                                             bool with_pins, const DeviationOrder& order, int thread_count,
-                                             const runtime::Caller& caller) {
+                                             std::vector<metrology::HoleRegion> set_aside, const DeviationOrder& order,
+                                             int thread_count, const runtime::Caller& caller) {
   auto made = metrology::SurfacePatches::Make(*blade.surface, order.patch_mm);
   if (!made.ok()) return made.status();
   const auto patches = std::make_shared<const metrology::SurfacePatches>(*std::move(made));
@@ -59,11 +59,7 @@ absl::StatusOr<MappedDeviation> MapDeviation(const clients::ScanClient& scans, c
   metrology::DeviationOptions options;
   options.threads = thread_count;
   options.keep_going = caller.keep_going;
-  if (with_pins) {
-    auto pins = PinRegionsOf(blade.part);
-    if (!pins.ok()) return pins.status();
-    options.set_aside = *std::move(pins);
-  }
+  options.set_aside = std::move(set_aside);
   metrology::DeviationMap map(blade.surface, patches, metrology::PartMapping(*blade.pose, blade.sensor, blade.axes),
                               options, {regions->begin() + 1, regions->end()});
   MappedDeviation mapped;

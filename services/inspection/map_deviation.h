@@ -30,9 +30,9 @@ struct MappedDeviation {
   std::vector<DeviationBlock> cloud;                // empty: not asked for
 };
 
-// with_pins: pins stand in the part's holes; what is there is set aside. FAILED_PRECONDITION: nothing of the part was seen.
+// set_aside: where pins stand. FAILED_PRECONDITION: nothing of the part was seen.
 absl::StatusOr<MappedDeviation> MapDeviation(const clients::ScanClient& scans, const RegisteredBlade& blade,
-                                             bool with_pins, const DeviationOrder& order, int thread_count,
-                                             const runtime::Caller& caller);
+                                             std::vector<metrology::HoleRegion> set_aside, const DeviationOrder& order,
+                                             int thread_count, const runtime::Caller& caller);
 
 }  // namespace sixpoint::inspection

@@ -27,17 +27,14 @@ metrology::LeadingHint HintOf(const SectionOrder::Section& section) {
 }
 
 absl::StatusOr<metrology::PlanePoints> PointsNear(const clients::ScanClient& scans, const RegisteredBlade& blade,
-                                                  bool with_pins, const SectionOrder& order, int thread_count,
+                                                  std::vector<metrology::HoleRegion> set_aside,
+                                                  const SectionOrder& order, int thread_count,
                                                   const runtime::Caller& caller) {
   metrology::PlanePointsOptions options;
   options.half_width_mm = order.half_width_mm;
   options.threads = thread_count;
   options.keep_going = caller.keep_going;
-  if (with_pins) {
-    auto pins = PinRegionsOf(blade.part);
-    if (!pins.ok()) return pins.status();
-    options.set_aside = *std::move(pins);
-  }
+  options.set_aside = std::move(set_aside);
   std::vector<Eigen::Isometry3d> planes;
   for (const SectionOrder::Section& section : order.sections) planes.push_back(section.part_from_section);
   metrology::PlanePoints points(metrology::PartMapping(*blade.pose, blade.sensor, blade.axes), std::move(planes),
@@ -182,7 +179,8 @@ SpanFinding ThroatOf(const SectionOrder& order, std::size_t i, const SectionFind
 }  // namespace
 
 absl::StatusOr<std::vector<SectionFinding>> MeasureSections(const clients::ScanClient& scans,
-                                                            const RegisteredBlade& blade, bool with_pins,
+                                                            const RegisteredBlade& blade,
+                                                            std::vector<metrology::HoleRegion> set_aside,
                                                             const SectionOrder& order, int thread_count,
                                                             const runtime::Caller& caller) {
   std::vector<SectionFinding> findings(order.sections.size());
@@ -200,7 +198,7 @@ absl::StatusOr<std::vector<SectionFinding>> MeasureSections(const clients::ScanC
   absl::Status status =
       each([&](std::size_t i) { return SetNominal(*blade.surface, order.sections[i], &findings[i]); });
   if (!status.ok()) return status;
-  const auto points = PointsNear(scans, blade, with_pins, order, thread_count, caller);
+  const auto points = PointsNear(scans, blade, std::move(set_aside), order, thread_count, caller);
   if (!points.ok()) return points.status();
   const metrology::PoseCovariance pose = points->Covariance();
   status = each([&](std::size_t i) { return Measure(*blade.surface, order, i, *points, pose, &findings[i]); });

@@ -31,9 +31,10 @@ struct SectionFinding {
   std::optional<SpanFinding> twist, bow_x, bow_y, throat;  // of what was asked for
 };
 
-// In the order's order. INVALID_ARGUMENT: a plane that misses the part, or cuts it several times. What points do not show is a finding.
+// set_aside: where pins stand. In the order's order. INVALID_ARGUMENT: a plane that misses the part, or cuts it several times. What points do not show is a finding.
 absl::StatusOr<std::vector<SectionFinding>> MeasureSections(const clients::ScanClient& scans,
-                                                            const RegisteredBlade& blade, bool with_pins,
+                                                            const RegisteredBlade& blade,
+                                                            std::vector<metrology::HoleRegion> set_aside,
                                                             const SectionOrder& order, int thread_count,
                                                             const runtime::Caller& caller);
 

@@ -20,6 +20,17 @@ metrology::GaugePin GaugePinOf(const plant::v1::GaugePin& pin) {
   return gauge;
 }
 
+// One of its scans is of a blade with pins in its holes.
+absl::StatusOr<bool> PinsStand(const Peers& peers, const registration::v1::Registration& registration,
+                               const runtime::Caller& caller) {
+  for (const std::string& name : registration.scans()) {
+    const auto scan = peers.scans.Get(name, caller.make_context());
+    if (!scan.ok()) return scan.status();
+    if (scan->header().kind() == ingest::v1::SCAN_KIND_PINS) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 absl::Status FetchRegistered(const Peers& peers, const runtime::Caller& caller, RegisteredBlade* blade) {
@@ -93,22 +104,16 @@ absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::P
   return holes;
 }
 
-absl::StatusOr<std::vector<metrology::HoleRegion>> PinRegionsOf(const plant::v1::Part& part) {
-  const auto holes = HolesOf(part);
-  if (!holes.ok()) return holes.status();
+absl::StatusOr<std::vector<metrology::HoleRegion>> StandingPins(const Peers& peers, const RegisteredBlade& blade,
+                                                                const runtime::Caller& caller) {
   std::vector<metrology::HoleRegion> pins;
+  const auto stand = PinsStand(peers, blade.registration, caller);
+  if (!stand.ok()) return stand.status();
+  if (!*stand) return pins;
+  const auto holes = HolesOf(blade.part);
+  if (!holes.ok()) return holes.status();
   for (const metrology::InspectedHole& hole : *holes) pins.push_back(metrology::PinRegionOf(hole, {}));
   return pins;
-}
-
-absl::StatusOr<bool> PinsStand(const Peers& peers, const registration::v1::Registration& registration,
-                               const runtime::Caller& caller) {
-  for (const std::string& name : registration.scans()) {
-    const auto scan = peers.scans.Get(name, caller.make_context());
-    if (!scan.ok()) return scan.status();
-    if (scan->header().kind() == ingest::v1::SCAN_KIND_PINS) return true;
-  }
-  return false;
 }
 
 absl::Status ForEachScan(const clients::ScanClient& scans, const RegisteredBlade& blade, const runtime::Caller& caller,

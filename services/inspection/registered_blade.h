@@ -45,12 +45,9 @@ absl::Status FetchWhole(const Peers& peers, const std::string& registration, boo
 // As the part's drawing has them; none where it has none.
 absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::Part& part);
 
-// Where their pins stand.
-absl::StatusOr<std::vector<metrology::HoleRegion>> PinRegionsOf(const plant::v1::Part& part);
-
-// One of the registration's scans is of a blade with pins in its holes.
-absl::StatusOr<bool> PinsStand(const Peers& peers, const registration::v1::Registration& registration,
-                               const runtime::Caller& caller);
+// Where pins stand in the part's holes; none where no scan of the registration is of pins.
+absl::StatusOr<std::vector<metrology::HoleRegion>> StandingPins(const Peers& peers, const RegisteredBlade& blade,
+                                                                const runtime::Caller& caller);
 
 // take(scan): its blocks whole and checked, not decoded yet; its stretch is known. One after the other, the next is fetched meanwhile.
 absl::Status ForEachScan(const clients::ScanClient& scans, const RegisteredBlade& blade, const runtime::Caller& caller,

@@ -1,12 +1,12 @@
 #include "services/inspection/rows.h"
 
-#include <array>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 
 #include "services/inspection/hole_value_rows.h"
 #include "services/inspection/registered_row.h"
+#include "services/inspection/row_geometry.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/resource_name.h"
 
@@ -14,8 +14,6 @@ namespace sixpoint::inspection {
 namespace {
 
 constexpr double kRad = 3.14159265358979323846 / 180;
-
-std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 // Verdicts, decision rule, holes and deviation. The holes are those that the findings were made for, in their order.
 void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metrology::BladeFindings& findings,

@@ -8,6 +8,7 @@
 
 #include "services/inspection/little_endian.h"
 #include "services/inspection/registered_row.h"
+#include "services/inspection/row_geometry.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_geometry.h"
 #include "storage/blobs.h"
@@ -54,9 +55,6 @@ const char* TextOf(metrology::EndKind kind) {
   }
   return "NOT_SEEN";
 }
-
-std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-std::vector<double> ListOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 SectionValueRow ValueRowOf(const SectionFinding& finding, std::size_t i) {
   const auto parameter = static_cast<SectionParameter>(i);

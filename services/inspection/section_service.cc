@@ -5,13 +5,13 @@
 
 #include "services/inspection/measure_sections.h"
 #include "services/inspection/registered_blade.h"
+#include "services/inspection/replay_registered.h"
 #include "services/inspection/section_messages.h"
 #include "services/inspection/section_order.h"
 #include "services/inspection/section_rows.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/recorded_results.h"
-#include "services/runtime/replay.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::inspection {
@@ -49,9 +49,10 @@ absl::StatusOr<runtime::Made<storage::SectionMeasurementRow>> SectionService::Ma
   RegisteredBlade blade;
   absl::Status status = FetchWhole(*peers_, request.registration(), is_new, caller, &blade);
   if (!status.ok()) return status;
-  const auto with_pins = PinsStand(*peers_, blade.registration, caller);
-  if (!with_pins.ok()) return with_pins.status();
-  const auto findings = inspection::MeasureSections(peers_->scans, blade, *with_pins, *order, options_.threads, caller);
+  auto pins = StandingPins(*peers_, blade, caller);
+  if (!pins.ok()) return pins.status();
+  const auto findings =
+      inspection::MeasureSections(peers_->scans, blade, *std::move(pins), *order, options_.threads, caller);
   if (!findings.ok()) return findings.status();
   return RecordOf(blade, *order, *findings);
 }
@@ -100,18 +101,14 @@ grpc::Status SectionService::ReplaySectionMeasurement(grpc::ServerContext* conte
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto recorded = runtime::GetResult<v1::SectionMeasurement>(
       *store_, caller.deadline, "sections", request->name(), errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf);
-  if (!recorded.ok()) return ToGrpc(recorded.status());
-  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
-  if (!slot.ok()) return ToGrpc(slot.status());
-  auto registration = peers_->registrations.Replay(recorded->registration(), caller.make_context());
-  if (!registration.ok()) return ToGrpc(registration.status());
-  const auto made = Make(RequestOf(*recorded), false, caller);
-  auto replay = runtime::ReplayOf(
-      *recorded, made.ok() ? ToProto(made->row) : absl::StatusOr<v1::SectionMeasurement>(made.status()));
-  if (!replay.ok()) return ToGrpc(replay.status());
-  runtime::AddInput(*std::move(registration), &*replay);
-  *response = *std::move(replay);
-  return grpc::Status::OK;
+  return runtime::Answer(
+      ReplayRegistered(recorded, *peers_, caller, &running_,
+                       [&](const v1::SectionMeasurement& of) -> absl::StatusOr<v1::SectionMeasurement> {
+                         const auto made = Make(RequestOf(of), false, caller);
+                         if (!made.ok()) return made.status();
+                         return ToProto(made->row);
+                       }),
+      response);
 }
 
 }  // namespace sixpoint::inspection
