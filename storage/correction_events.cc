@@ -27,8 +27,9 @@ constexpr char kSelectFetch[] =
     "nc_greatest_difference_um, nc_greatest_tilt_deg, name_of(requested_by), software_version FROM program_fetches "
     "WHERE "
     "fetch_id = $1";
-constexpr char kSelectScrapped[] = "SELECT scrapped_by($1)";
-constexpr char kSelectScrappedAgainst[] = "SELECT scrapped_against($1)";
+constexpr char kSelectScrapped[] = "SELECT (SELECT name FROM record_names WHERE record_id = scrapped_by($1))";
+constexpr char kSelectScrappedAgainst[] =
+    "SELECT (SELECT name FROM record_names WHERE record_id = scrapped_against($1))";
 constexpr char kSelectCutHoles[] =
     "SELECT k.correction_id, k.group_name, k.hole_name FROM corrections c JOIN correction_cuts k USING (correction_id) "
     "WHERE c.blade_serial = $1 ORDER BY k.correction_id, k.group_name, k.hole_name";

@@ -76,11 +76,10 @@ class CorrectionEventStore {
                                                            Deadline deadline) const = 0;
   // The template that a correction was asked with; empty: none.
   virtual absl::StatusOr<std::string> TemplateOf(const CorrectionRow& correction, Deadline deadline) const = 0;
-  // The disposition by which the blade is scrap; none: it is not.
+  // Name of the disposition, or of the assessment of the blank, by which the blade is scrap; none: it is not.
   virtual absl::StatusOr<std::optional<std::string>> ScrappedBy(const std::string& blade_serial,
                                                                 Deadline deadline) const = 0;
-  // The disposition by which the blade of a released correction is scrap although who released it was not told so; none: its program
-  // may leave.
+  // The same of a released correction's blade, where who released it was not told so; none: its program may leave.
   virtual absl::StatusOr<std::optional<std::string>> ScrappedAgainst(const std::string& correction_id,
                                                                      Deadline deadline) const = 0;
 };

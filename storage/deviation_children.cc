@@ -26,13 +26,14 @@ constexpr char kInsertProfile[] =
     "INSERT INTO deviation_profiles (deviation_id, position_index, characteristic, region, zone, lower_mm, upper_mm, "
     "least_coverage, verdict, reason, coverage, out_mm2, undecided_mm2, area_count, motion, lowest_patch, lowest_um, "
     "lowest_expanded_uncertainty_um, lowest_in_part_mm, highest_patch, highest_um, highest_expanded_uncertainty_um, "
-    "highest_in_part_mm) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, "
-    "$20, $21, $22, $23)";
+    "highest_in_part_mm, decision_rule, decision_rule_edition, guard_factor) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, "
+    "$9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26)";
 constexpr char kSelectProfiles[] =
     "SELECT deviation_id, characteristic, region, zone, lower_mm, upper_mm, least_coverage, verdict, reason, coverage, "
     "out_mm2, undecided_mm2, area_count, motion, lowest_patch, lowest_um, lowest_expanded_uncertainty_um, "
-    "lowest_in_part_mm, highest_patch, highest_um, highest_expanded_uncertainty_um, highest_in_part_mm "
-    "FROM deviation_profiles WHERE deviation_id = ANY ($1::uuid[]) ORDER BY deviation_id, position_index";
+    "lowest_in_part_mm, highest_patch, highest_um, highest_expanded_uncertainty_um, highest_in_part_mm, decision_rule, "
+    "decision_rule_edition, guard_factor FROM deviation_profiles WHERE deviation_id = ANY ($1::uuid[]) ORDER BY "
+    "deviation_id, position_index";
 // Columns of numbers, an area each: kAreaNumbers.
 constexpr char kInsertAreas[] =
     "INSERT INTO deviation_profile_areas (deviation_id, profile_index, position_index, above, area_mm2, patch_count, "
@@ -111,6 +112,7 @@ Params ProfileParams(const std::string& deviation_id, std::size_t index, const D
     else
       params.Null().Null().Null().Null();
   }
+  Add(profile.rule, &params);
   return params;
 }
 
@@ -131,6 +133,7 @@ DeviationProfileRow ReadProfile(const Rows& rows, int row) {
   profile.motion = OptionalRealsAt(rows, row, 13);
   if (!rows.IsNull(row, 14)) profile.lowest = PatchAt(rows, row, 14);
   if (!rows.IsNull(row, 18)) profile.highest = PatchAt(rows, row, 18);
+  profile.rule = DecisionRuleAt(rows, row, 22);
   return profile;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "storage/database.h"
+#include "storage/decision_rules.h"
 #include "storage/record.h"
 #include "storage/result_filter.h"
 #include "storage/result_store.h"
@@ -54,6 +55,7 @@ struct DeviationProfileRow {
   std::string verdict, reason;
   double coverage = 0, out_mm2 = 0, undecided_mm2 = 0;
   int area_count = 0;
+  DecisionRuleRow rule;        // empty: ISO 14253-1 until 2013, as DeviationMapRow::decision_rule says
   std::vector<double> motion;  // of FORM: six numbers
   // In the zone; none: nothing was seen.
   std::optional<DeviationPatchRow> lowest, highest;

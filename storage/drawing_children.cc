@@ -194,14 +194,6 @@ absl::Status ReadSections(Transaction& transaction, DrawingRow* drawing) {
 
 }  // namespace
 
-void Add(const DecisionRuleRow& rule, Params* params) {
-  params->OptionalText(rule.kind).OptionalText(rule.edition).OptionalReal(rule.guard_factor);
-}
-
-DecisionRuleRow DecisionRuleAt(const Rows& rows, int row, int column) {
-  return {rows.OptionalText(row, column), rows.OptionalText(row, column + 1), rows.OptionalReal(row, column + 2)};
-}
-
 absl::Status InsertDrawingChildren(Transaction& transaction, const DrawingRow& drawing) {
   for (const auto insert : {InsertPlaces, InsertDatumSystems, InsertCharacteristics, InsertRequirements})
     if (absl::Status put = insert(transaction, drawing); !put.ok()) return put;

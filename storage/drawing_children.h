@@ -12,8 +12,4 @@ absl::Status InsertDrawingChildren(Transaction& transaction, const DrawingRow& d
 // Of drawing->drawing_id and its revision.
 absl::Status ReadDrawingChildren(Transaction& transaction, DrawingRow* drawing);
 
-// Columns of a rule: kind, edition, factor.
-void Add(const DecisionRuleRow& rule, Params* params);
-DecisionRuleRow DecisionRuleAt(const Rows& rows, int row, int column);
-
 }  // namespace sixpoint::storage

@@ -9,18 +9,13 @@
 #include <vector>
 
 #include "storage/database.h"
+#include "storage/decision_rules.h"
 #include "storage/plant_registry.h"
 #include "storage/record.h"
 
 namespace sixpoint::storage {
 
 // Words are those of the contract, without the names of their enums. An empty text is none; vectors are of 3, or empty where nothing is said.
-struct DecisionRuleRow {
-  std::string kind;  // empty: the drawing's
-  std::string edition;
-  std::optional<double> guard_factor;
-};
-
 struct DatumRow {
   std::string datum;
   std::vector<std::string> datum_points;

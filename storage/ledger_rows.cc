@@ -80,6 +80,11 @@ const std::vector<LedgerTable>& LedgerTables() {
   static const auto* const tables = new std::vector<LedgerTable>{
       {"artefact_features", "r.record_id", kByArtefact, false},
       {"artefact_revisions", "t.record_id", "", false},
+      {"assessment_conflicts", "t.assessment_id", "", false},
+      {"assessment_findings", "t.assessment_id", "", false},
+      {"assessment_others", "t.assessment_id", "", false},
+      {"assessment_results", "t.assessment_id", "", false},
+      {"assessments", "t.assessment_id", "", false},
       {"axis_characterisations", "t.calibration_id", "", false},
       {"blade_work_orders", "t.record_id", "", false},
       {"blades", "t.record_id", "", false},
@@ -163,7 +168,11 @@ absl::Status BeginLedger(Transaction& transaction) {
 }
 
 bool IsByMonths(const std::string& table) {
-  static const auto* const tables = new std::set<std::string>{"correction_checks",
+  static const auto* const tables = new std::set<std::string>{"assessment_conflicts",
+                                                              "assessment_findings",
+                                                              "assessment_others",
+                                                              "assessment_results",
+                                                              "correction_checks",
                                                               "correction_cuts",
                                                               "correction_events",
                                                               "correction_groups",

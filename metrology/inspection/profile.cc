@@ -165,7 +165,7 @@ void Decide(const ProfileTolerance& tolerance, ProfileFinding* finding) {
   } else if (finding->undecided_mm2 > 0) {
     finding->verdict = Verdict::kUndecidable;
     finding->reason = NumberText(std::round(1e3 * finding->undecided_mm2) / 1e3) +
-                      " mm2 are nearer to a limit than their expanded uncertainty";
+                      " mm2 are so near to a limit that the decision rule leaves them open";
   } else {
     finding->verdict = Verdict::kConform;
   }
@@ -195,11 +195,13 @@ absl::StatusOr<ProfileFinding> JudgeProfile(const DeviationField& field, const s
     if (!finding.lowest || d < finding.deviations_mm[*finding.lowest]) finding.lowest = i;
     if (!finding.highest || d > finding.deviations_mm[*finding.highest]) finding.highest = i;
     seen_mm2 += here_mm2;
-    sides[i] = d - u > tolerance.upper_mm ? 1 : d + u < tolerance.lower_mm ? -1 : 0;
-    if (sides[i] != 0)
+    const Verdict here = Judge(d, u, {tolerance.lower_mm, tolerance.upper_mm}, tolerance.rule);
+    if (here == Verdict::kNotConform) {
+      sides[i] = 2 * d > tolerance.lower_mm + tolerance.upper_mm ? 1 : -1;
       finding.out_mm2 += here_mm2;
-    else if (!(d + u <= tolerance.upper_mm && d - u >= tolerance.lower_mm))
+    } else if (here != Verdict::kConform) {
       finding.undecided_mm2 += here_mm2;
+    }
   }
   finding.coverage = seen_mm2 / area_mm2;
   finding.areas = AreasOf(field, patches, finding, tolerance, sides);

@@ -23,6 +23,7 @@ struct ProfileTolerance {
   ProfileZone zone = ProfileZone::kFormAndLocation;
   double lower_mm = 0, upper_mm = 0;  // of the deviation, positive outside
   double least_coverage = 0.95;       // of the area, that must have been seen for a CONFORM
+  DecisionRule rule = {};             // of each patch
 };
 
 // Patches side by side that are out the same way.

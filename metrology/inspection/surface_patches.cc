@@ -104,14 +104,16 @@ absl::StatusOr<SurfacePatches> SurfacePatches::Make(const Surface& surface, doub
   return made;
 }
 
+bool SurfaceRegion::Has(const Eigen::Vector3d& centre_mm, const Eigen::Vector3d& normal) const {
+  return !(minimum_mm && (centre_mm.array() < minimum_mm->array()).any()) &&
+         !(maximum_mm && (centre_mm.array() > maximum_mm->array()).any()) &&
+         !(facing && normal.dot(*facing) < std::cos(facing_within_rad));
+}
+
 std::vector<std::uint32_t> SurfacePatches::In(const SurfaceRegion& region) const {
   std::vector<std::uint32_t> in;
   for (std::size_t i = 0; i < patches_.size(); ++i) {
-    const SurfacePatch& patch = patches_[i];
-    if (region.minimum_mm && (patch.centre_mm.array() < region.minimum_mm->array()).any()) continue;
-    if (region.maximum_mm && (patch.centre_mm.array() > region.maximum_mm->array()).any()) continue;
-    if (region.facing && patch.normal.dot(*region.facing) < std::cos(region.facing_within_rad)) continue;
-    in.push_back(static_cast<std::uint32_t>(i));
+    if (region.Has(patches_[i].centre_mm, patches_[i].normal)) in.push_back(static_cast<std::uint32_t>(i));
   }
   return in;
 }

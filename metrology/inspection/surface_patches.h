@@ -26,6 +26,8 @@ struct SurfaceRegion {
   std::optional<Eigen::Vector3d> minimum_mm, maximum_mm;  // corners of a box, part frame; none: not bounded there
   std::optional<Eigen::Vector3d> facing;                  // unit; none: whatever a patch looks to
   double facing_within_rad = 1.0471975511965976;          // of a patch's normal
+
+  bool Has(const Eigen::Vector3d& centre_mm, const Eigen::Vector3d& normal) const;
 };
 
 inline constexpr double kLeastPatch_mm = 0.1, kGreatestPatch_mm = 20;

@@ -44,9 +44,9 @@ void TakeCutBefore(const std::vector<storage::CutHoleRow>& cut, Inputs* inputs) 
       inputs->cut_before.push_back(row.hole.group_name + "/" + row.hole.hole_name);
 }
 
-absl::Status ScrappedSince(const std::string& correction, const std::string& disposition_id) {
+absl::Status ScrappedSince(const std::string& correction, const std::string& by) {
   return runtime::Failure(errors::v1::PROGRAM_NOT_RELEASED,
-                          correction + ": its blade is scrap by dispositions/" + disposition_id +
+                          correction + ": its blade is scrap by " + by +
                               ", of which who released it was not told; want a new correction",
                           {{"resource", correction}});
 }
@@ -146,7 +146,7 @@ absl::StatusOr<runtime::Made<storage::CorrectionRow>> CorrectionService::Make(co
   TakeCutBefore(*cut, &*inputs);
   const auto scrapped = events_->ScrappedBy(runtime::LastSegment(inputs->registration.blade()), caller.deadline);
   if (!scrapped.ok()) return scrapped.status();
-  if (scrapped->has_value()) inputs->scrapped_by = {runtime::NameOf("dispositions", **scrapped)};
+  if (scrapped->has_value()) inputs->scrapped_by = {**scrapped};
   const absl::StatusOr<Corrected> corrected = CorrectBlade(*inputs, caller.keep_going);
   if (!corrected.ok()) return corrected.status();
   return RecordOf(*inputs, *corrected);

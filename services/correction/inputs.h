@@ -55,7 +55,7 @@ struct Inputs {
   std::vector<std::string> against_clamping;  // registrations that say that the blade stands there no more
   std::vector<std::string> cut_before;        // holes of those groups, by other programs of this blade
   std::vector<std::string> models_not_named;  // the part's, where a template was sent without one
-  std::vector<std::string> scrapped_by;       // the disposition by which the blade is scrap; empty: it is not
+  std::vector<std::string> scrapped_by;       // disposition or assessment by which the blade is scrap; empty: it is not
   std::chrono::system_clock::time_point now;
   // Of a replay: what the gate found of the moment it judged at, which is not found again. Each stands for what is found of its kind.
   std::vector<metrology::GateCheck> checks_of_then;

@@ -5,6 +5,7 @@
 
 #include "services/clients/error_sources.h"
 #include "services/inspection/stored_verdict.h"
+#include "services/runtime/decision_rule_proto.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
@@ -53,6 +54,7 @@ absl::Status ToProto(const storage::DeviationProfileRow& row, const std::string&
   tolerance.set_lower_mm(row.lower_mm);
   tolerance.set_upper_mm(row.upper_mm);
   tolerance.set_least_coverage(row.least_coverage);
+  if (!row.rule.kind.empty()) runtime::ToProto(row.rule, tolerance.mutable_decision_rule());
   const auto verdict = VerdictOf(row.verdict, what);
   if (!verdict.ok()) return verdict.status();
   out->set_verdict(*verdict);

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "services/inspection/order_checks.h"
+#include "services/inspection/stored_verdict.h"
+#include "services/runtime/decision_rule_proto.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
@@ -16,7 +18,50 @@ namespace {
 constexpr double kRad = 3.14159265358979323846 / 180;
 constexpr double kGreatestLimit_mm = 100;
 
-absl::StatusOr<DeviationOrder::Region> RegionOf(const std::string& field, const v1::SurfaceRegion& in) {
+absl::StatusOr<DeviationOrder::Profile> ProfileOf(const std::string& field, const v1::ProfileTolerance& in,
+                                                  const std::vector<DeviationOrder::Region>& regions) {
+  DeviationOrder::Profile profile;
+  profile.characteristic = in.characteristic();
+  runtime::Refusals refusals;
+  if (!in.region().empty()) {
+    const auto found = std::find_if(regions.begin(), regions.end(),
+                                    [&](const DeviationOrder::Region& region) { return region.name == in.region(); });
+    if (found == regions.end())
+      refusals.Add(runtime::Refuse(field + ".region", in.region(), "one of `regions`, or none"));
+    profile.region = 1 + static_cast<std::size_t>(found - regions.begin());
+  }
+  if (in.zone() != v1::PROFILE_ZONE_FORM && in.zone() != v1::PROFILE_ZONE_FORM_AND_LOCATION)
+    refusals.Add(runtime::Refuse(field + ".zone", v1::ProfileZone_Name(in.zone()),
+                                 "PROFILE_ZONE_FORM_AND_LOCATION or PROFILE_ZONE_FORM"));
+  profile.tolerance.zone =
+      in.zone() == v1::PROFILE_ZONE_FORM ? metrology::ProfileZone::kForm : metrology::ProfileZone::kFormAndLocation;
+  const auto limit = [&](const char* which, bool stated, double value_mm, double* to_mm) {
+    if (!stated)
+      refusals.Add(runtime::Refuse(field + which, "not stated", "mm of the deviation"));
+    else if (!(std::abs(value_mm) <= kGreatestLimit_mm))
+      refusals.Add(runtime::Refuse(field + which, value_mm, "-100 to 100 mm"));
+    *to_mm = value_mm;
+  };
+  limit(".lower_mm", in.has_lower_mm(), in.lower_mm(), &profile.tolerance.lower_mm);
+  limit(".upper_mm", in.has_upper_mm(), in.upper_mm(), &profile.tolerance.upper_mm);
+  if (in.has_lower_mm() && in.has_upper_mm() && !(in.lower_mm() < in.upper_mm()))
+    refusals.Add(runtime::Refuse(field + ".lower_mm", in.lower_mm(), "below upper_mm"));
+  if (in.has_least_coverage()) {
+    profile.tolerance.least_coverage = in.least_coverage();
+    if (!(in.least_coverage() >= 0 && in.least_coverage() <= 1))
+      refusals.Add(runtime::Refuse(field + ".least_coverage", in.least_coverage(), "0 to 1"));
+  }
+  if (in.has_decision_rule()) {
+    refusals.Add(runtime::ReadDecisionRule(field + ".decision_rule", in.decision_rule(), &profile.rule));
+    profile.tolerance.rule = KernelRuleOf(in.decision_rule());
+  }
+  if (!refusals.status().ok()) return refusals.status();
+  return profile;
+}
+
+}  // namespace
+
+absl::StatusOr<DeviationOrder::Region> KernelRegionOf(const std::string& field, const v1::SurfaceRegion& in) {
   DeviationOrder::Region region;
   region.name = in.region();
   runtime::Refusals refusals;
@@ -54,45 +99,6 @@ absl::StatusOr<DeviationOrder::Region> RegionOf(const std::string& field, const 
   return region;
 }
 
-absl::StatusOr<DeviationOrder::Profile> ProfileOf(const std::string& field, const v1::ProfileTolerance& in,
-                                                  const std::vector<DeviationOrder::Region>& regions) {
-  DeviationOrder::Profile profile;
-  profile.characteristic = in.characteristic();
-  runtime::Refusals refusals;
-  if (!in.region().empty()) {
-    const auto found = std::find_if(regions.begin(), regions.end(),
-                                    [&](const DeviationOrder::Region& region) { return region.name == in.region(); });
-    if (found == regions.end())
-      refusals.Add(runtime::Refuse(field + ".region", in.region(), "one of `regions`, or none"));
-    profile.region = 1 + static_cast<std::size_t>(found - regions.begin());
-  }
-  if (in.zone() != v1::PROFILE_ZONE_FORM && in.zone() != v1::PROFILE_ZONE_FORM_AND_LOCATION)
-    refusals.Add(runtime::Refuse(field + ".zone", v1::ProfileZone_Name(in.zone()),
-                                 "PROFILE_ZONE_FORM_AND_LOCATION or PROFILE_ZONE_FORM"));
-  profile.tolerance.zone =
-      in.zone() == v1::PROFILE_ZONE_FORM ? metrology::ProfileZone::kForm : metrology::ProfileZone::kFormAndLocation;
-  const auto limit = [&](const char* which, bool stated, double value_mm, double* to_mm) {
-    if (!stated)
-      refusals.Add(runtime::Refuse(field + which, "not stated", "mm of the deviation"));
-    else if (!(std::abs(value_mm) <= kGreatestLimit_mm))
-      refusals.Add(runtime::Refuse(field + which, value_mm, "-100 to 100 mm"));
-    *to_mm = value_mm;
-  };
-  limit(".lower_mm", in.has_lower_mm(), in.lower_mm(), &profile.tolerance.lower_mm);
-  limit(".upper_mm", in.has_upper_mm(), in.upper_mm(), &profile.tolerance.upper_mm);
-  if (in.has_lower_mm() && in.has_upper_mm() && !(in.lower_mm() < in.upper_mm()))
-    refusals.Add(runtime::Refuse(field + ".lower_mm", in.lower_mm(), "below upper_mm"));
-  if (in.has_least_coverage()) {
-    profile.tolerance.least_coverage = in.least_coverage();
-    if (!(in.least_coverage() >= 0 && in.least_coverage() <= 1))
-      refusals.Add(runtime::Refuse(field + ".least_coverage", in.least_coverage(), "0 to 1"));
-  }
-  if (!refusals.status().ok()) return refusals.status();
-  return profile;
-}
-
-}  // namespace
-
 absl::StatusOr<DeviationOrder> OrderOf(const v1::MapDeviationRequest& request) {
   DeviationOrder order;
   runtime::Refusals refusals;
@@ -103,7 +109,7 @@ absl::StatusOr<DeviationOrder> OrderOf(const v1::MapDeviationRequest& request) {
   std::set<std::string> regions, characteristics;
   for (int i = 0; i < request.regions_size(); ++i) {
     refusals.Add(CheckCalled(At("regions", i) + ".region", request.regions(i).region(), &regions));
-    auto region = RegionOf(At("regions", i), request.regions(i));
+    auto region = KernelRegionOf(At("regions", i), request.regions(i));
     refusals.Add(region.status());
     if (region.ok()) order.regions.push_back(*std::move(region));
   }

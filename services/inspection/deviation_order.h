@@ -10,6 +10,7 @@
 #include "metrology/inspection/profile.h"
 #include "metrology/inspection/surface_patches.h"
 #include "sixpoint/inspection/v1/deviation.pb.h"
+#include "storage/decision_rules.h"
 
 namespace sixpoint::inspection {
 
@@ -22,12 +23,16 @@ struct DeviationOrder {
     std::string characteristic;
     std::size_t region = 0;  // 0: the whole surface, else 1 and the place in `regions`
     metrology::ProfileTolerance tolerance;
+    storage::DecisionRuleRow rule;  // empty: none was asked for
   };
   double patch_mm = 1;
   std::vector<Region> regions;
   std::vector<Profile> profiles;
   bool without_cloud = false;
 };
+
+// INVALID_ARGUMENT with all that is wrong with it, under `field`.
+absl::StatusOr<DeviationOrder::Region> KernelRegionOf(const std::string& field, const v1::SurfaceRegion& in);
 
 // INVALID_ARGUMENT with all that is wrong with it.
 absl::StatusOr<DeviationOrder> OrderOf(const v1::MapDeviationRequest& request);

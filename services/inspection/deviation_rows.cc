@@ -73,6 +73,7 @@ storage::DeviationProfileRow ProfileRowOf(const metrology::DeviationField& field
   row.lower_mm = profile.tolerance.lower_mm;
   row.upper_mm = profile.tolerance.upper_mm;
   row.least_coverage = profile.tolerance.least_coverage;
+  row.rule = profile.rule;
   row.verdict = TextOf(finding.verdict);
   row.reason = finding.reason;
   row.coverage = finding.coverage;

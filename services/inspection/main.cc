@@ -1,4 +1,5 @@
 // sixpoint-inspection: the verdict on a machined blade.
+#include "services/inspection/assessment_service.h"
 #include "services/inspection/deviation_service.h"
 #include "services/inspection/disposition_service.h"
 #include "services/inspection/efficacy_service.h"
@@ -30,6 +31,12 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
                       std::make_unique<DeviationService>(storage::DeviationsIn(database), peers, compute_options)});
   services.push_back({v1::SectionService::service_full_name(),
                       std::make_unique<SectionService>(storage::SectionsIn(database), peers, compute_options)});
+  services.push_back({v1::AssessmentService::service_full_name(),
+                      std::make_unique<AssessmentService>(
+                          storage::AssessmentsIn(database),
+                          AssessedStores{storage::InspectionsIn(database), storage::DeviationsIn(database),
+                                         storage::SectionsIn(database)},
+                          peers, compute_options)});
   services.push_back(
       {v1::ExportService::service_full_name(),
        std::make_unique<ExportService>(storage::InspectionsIn(database), storage::DeviationsIn(database), peers)});

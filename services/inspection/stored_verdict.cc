@@ -25,6 +25,14 @@ absl::StatusOr<v1::Verdict> VerdictOf(const std::string& text, const std::string
   return runtime::StoredEnum(v1::Verdict_Parse, "VERDICT_" + text, what);
 }
 
+metrology::DecisionRule KernelRuleOf(const plant::v1::DecisionRule& rule) {
+  using metrology::DecisionRule;
+  if (rule.kind() == plant::v1::DECISION_RULE_KIND_SIMPLE_ACCEPTANCE) return {DecisionRule::Kind::kGuardBand, 0};
+  if (rule.kind() == plant::v1::DECISION_RULE_KIND_GUARD_FACTOR)
+    return {DecisionRule::Kind::kGuardBand, rule.guard_factor()};
+  return rule.edition() == "2017" ? DecisionRule::Probability() : DecisionRule();
+}
+
 absl::StatusOr<std::string> VerdictFilterOf(v1::Verdict verdict) {
   if (!v1::Verdict_IsValid(verdict)) return runtime::Refuse("verdict", std::to_string(verdict), "a verdict, or none");
   if (verdict == v1::VERDICT_UNSPECIFIED) return std::string();

@@ -27,7 +27,6 @@ absl::Status CheckSaidOrEmpty(const std::string& field, const std::string& text)
 // The same, each once.
 absl::Status CheckCalled(const std::string& field, const std::string& called, std::set<std::string>* before);
 
-absl::Status ReadDecisionRule(const std::string& field, const v1::DecisionRule& in, storage::DecisionRuleRow* out);
 // Against the places and datum systems that the drawing already has.
 absl::Status ReadCharacteristics(const v1::Drawing& in, storage::DrawingRow* drawing);
 

@@ -1,6 +1,7 @@
 // Drawings as messages.
-#include "services/plant/contract_words.h"
 #include "services/plant/messages.h"
+#include "services/runtime/contract_words.h"
+#include "services/runtime/decision_rule_proto.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
@@ -14,15 +15,9 @@ void SetPoint(const std::vector<double>& stored, v1::DrawingSection* to,
   if (!stored.empty()) runtime::SetPoint(stored, (to->*field)());
 }
 
-void SetRule(const storage::DecisionRuleRow& row, v1::DecisionRule* to) {
-  to->set_kind(ValueOf<v1::DecisionRuleKind>(row.kind));
-  to->set_edition(row.edition);
-  if (row.guard_factor) to->set_guard_factor(*row.guard_factor);
-}
-
 void Set(const storage::DatumSystemRow& row, v1::DatumSystem* to) {
   to->set_datum_system(row.datum_system);
-  to->set_positioning(ValueOf<v1::DatumPositioning>(row.positioning));
+  to->set_positioning(runtime::ValueOf<v1::DatumPositioning>(row.positioning));
   to->set_region(row.region);
   for (const storage::DatumRow& datum : row.datums) {
     v1::Datum* const one = to->add_datums();
@@ -55,10 +50,10 @@ void Set(const storage::CharacteristicRow& row, v1::Characteristic* to) {
   to->set_name(row.name);
   to->set_requirement(row.requirement);
   to->set_reference_location(row.reference_location);
-  to->set_characteristic_class(ValueOf<v1::CharacteristicClass>(row.characteristic_class));
+  to->set_characteristic_class(runtime::ValueOf<v1::CharacteristicClass>(row.characteristic_class));
   to->set_designator(row.designator);
-  to->set_quantity(ValueOf<v1::CharacteristicQuantity>(row.quantity));
-  to->set_algorithm(ValueOf<v1::CharacteristicAlgorithm>(row.algorithm));
+  to->set_quantity(runtime::ValueOf<v1::CharacteristicQuantity>(row.quantity));
+  to->set_algorithm(runtime::ValueOf<v1::CharacteristicAlgorithm>(row.algorithm));
   to->set_hole_group(row.hole_group);
   to->set_hole(row.hole);
   to->set_to_hole(row.to_hole);
@@ -66,20 +61,20 @@ void Set(const storage::CharacteristicRow& row, v1::Characteristic* to) {
   to->set_section(row.section);
   to->set_reference_section(row.reference_section);
   to->set_region(row.region);
-  to->set_unit(ValueOf<v1::CharacteristicUnit>(row.unit));
+  to->set_unit(runtime::ValueOf<v1::CharacteristicUnit>(row.unit));
   if (row.nominal) to->set_nominal(*row.nominal);
   if (row.lower_limit) to->set_lower_limit(*row.lower_limit);
   if (row.upper_limit) to->set_upper_limit(*row.upper_limit);
-  to->set_zone(ValueOf<v1::ToleranceZone>(row.zone));
+  to->set_zone(runtime::ValueOf<v1::ToleranceZone>(row.zone));
   to->set_datum_system(row.datum_system);
   if (row.least_coverage) to->set_least_coverage(*row.least_coverage);
-  if (!row.decision_rule.kind.empty()) SetRule(row.decision_rule, to->mutable_decision_rule());
+  if (!row.decision_rule.kind.empty()) runtime::ToProto(row.decision_rule, to->mutable_decision_rule());
   to->set_gauge(row.gauge);
   to->set_designed_tooling(row.designed_tooling);
 }
 
 void Set(const storage::ProductRequirementRow& row, v1::ProductRequirement* to) {
-  to->set_kind(ValueOf<v1::ProductRequirementKind>(row.kind));
+  to->set_kind(runtime::ValueOf<v1::ProductRequirementKind>(row.kind));
   to->set_requirement(row.requirement);
   to->set_specification(row.specification);
   to->set_code(row.code);
@@ -105,7 +100,7 @@ v1::Drawing ToProto(const storage::DrawingRow& row) {
   drawing.set_part_name(row.part_name);
   drawing.set_part_revision_level(row.part_revision_level);
   for (const std::string& change : row.additional_changes) drawing.add_additional_changes(change);
-  SetRule(row.decision_rule, drawing.mutable_decision_rule());
+  runtime::ToProto(row.decision_rule, drawing.mutable_decision_rule());
   SetAll(row.datum_systems, drawing.mutable_datum_systems());
   SetAll(row.sections, drawing.mutable_sections());
   SetAll(row.regions, drawing.mutable_regions());

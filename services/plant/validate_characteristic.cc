@@ -7,9 +7,10 @@
 #include <vector>
 
 #include "services/plant/checks.h"
-#include "services/plant/contract_words.h"
 #include "services/plant/drawing_checks.h"
 #include "services/plant/quantity_rules.h"
+#include "services/runtime/contract_words.h"
+#include "services/runtime/decision_rule_proto.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -199,11 +200,11 @@ absl::Status ReadCharacteristic(const std::string& at, const v1::Characteristic&
                                 CharacteristicRow* row) {
   runtime::Refusals refusals;
   refusals.Add(ReadTexts(at, in, row))
-      .Add(ReadWord(at + ".characteristic_class", in.characteristic_class(), &row->characteristic_class))
-      .Add(ReadWord(at + ".quantity", in.quantity(), &row->quantity))
-      .Add(ReadWord(at + ".unit", in.unit(), &row->unit));
-  if (in.algorithm() != 0) refusals.Add(ReadWord(at + ".algorithm", in.algorithm(), &row->algorithm));
-  if (in.zone() != 0) refusals.Add(ReadWord(at + ".zone", in.zone(), &row->zone));
+      .Add(runtime::ReadWord(at + ".characteristic_class", in.characteristic_class(), &row->characteristic_class))
+      .Add(runtime::ReadWord(at + ".quantity", in.quantity(), &row->quantity))
+      .Add(runtime::ReadWord(at + ".unit", in.unit(), &row->unit));
+  if (in.algorithm() != 0) refusals.Add(runtime::ReadWord(at + ".algorithm", in.algorithm(), &row->algorithm));
+  if (in.zone() != 0) refusals.Add(runtime::ReadWord(at + ".zone", in.zone(), &row->zone));
   if (in.has_nominal()) row->nominal = in.nominal();
   if (in.has_lower_limit()) row->lower_limit = in.lower_limit();
   if (in.has_upper_limit()) row->upper_limit = in.upper_limit();
@@ -213,7 +214,7 @@ absl::Status ReadCharacteristic(const std::string& at, const v1::Characteristic&
     refusals.Add(CheckRange(at + ".least_coverage", in.least_coverage(), 0, 1, "0 to 1"));
   }
   if (in.has_decision_rule())
-    refusals.Add(ReadDecisionRule(at + ".decision_rule", in.decision_rule(), &row->decision_rule));
+    refusals.Add(runtime::ReadDecisionRule(at + ".decision_rule", in.decision_rule(), &row->decision_rule));
   if (!row->quantity.empty()) refusals.Add(CheckByRule(at, drawing, *row));
   return refusals.status();
 }

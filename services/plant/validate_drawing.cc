@@ -6,8 +6,9 @@
 #include <utility>
 
 #include "services/plant/checks.h"
-#include "services/plant/contract_words.h"
 #include "services/plant/drawing_checks.h"
+#include "services/runtime/contract_words.h"
+#include "services/runtime/decision_rule_proto.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::plant {
@@ -15,7 +16,7 @@ namespace {
 
 using runtime::Refuse;
 
-constexpr double kGreatestGuardFactor = 3, kGreatestHeight_mm = 1e5;
+constexpr double kGreatestHeight_mm = 1e5;
 constexpr double kUsualFacing_deg = 60;
 constexpr double kCosineOfOneDegree = 0.99984769515639127;
 
@@ -170,7 +171,7 @@ absl::Status ReadDatumSystems(const v1::Drawing& in, storage::DrawingRow* drawin
     row.datum_system = one.datum_system();
     row.region = one.region();
     refusals.Add(CheckCalled(at + ".datum_system", one.datum_system(), &called))
-        .Add(ReadWord(at + ".positioning", one.positioning(), &row.positioning))
+        .Add(runtime::ReadWord(at + ".positioning", one.positioning(), &row.positioning))
         .Add(ReadDatums(at, one, &row));
     const bool known =
         std::any_of(drawing->regions.begin(), drawing->regions.end(),
@@ -207,7 +208,7 @@ absl::Status ReadRequirements(const v1::Drawing& in, storage::DrawingRow* drawin
     const v1::ProductRequirement& one = in.product_requirements(i);
     const std::string at = At("product_requirements", i);
     storage::ProductRequirementRow row{"", one.requirement(), one.specification(), one.code(), one.customer_approval()};
-    refusals.Add(ReadWord(at + ".kind", one.kind(), &row.kind))
+    refusals.Add(runtime::ReadWord(at + ".kind", one.kind(), &row.kind))
         .Add(CheckSaid(at + ".requirement", row.requirement))
         .Add(CheckSaid(at + ".specification", row.specification))
         .Add(CheckSaidOrEmpty(at + ".code", row.code));
@@ -238,26 +239,6 @@ absl::Status CheckCalled(const std::string& field, const std::string& called, st
   return absl::OkStatus();
 }
 
-absl::Status ReadDecisionRule(const std::string& field, const v1::DecisionRule& in, storage::DecisionRuleRow* out) {
-  runtime::Refusals refusals;
-  refusals.Add(ReadWord(field + ".kind", in.kind(), &out->kind));
-  out->edition = in.edition();
-  if (in.has_guard_factor()) out->guard_factor = in.guard_factor();
-  if (out->kind.empty()) return refusals.status();
-  const bool by_standard = out->kind == "ISO_14253_1", by_factor = out->kind == "GUARD_FACTOR";
-  const std::set<std::string> editions = {"1998", "2013", "2017"};
-  if (by_standard ? editions.count(in.edition()) == 0 : !in.edition().empty())
-    refusals.Add(
-        Refuse(field + ".edition", in.edition(), by_standard ? "1998, 2013 or 2017" : "none, for " + out->kind));
-  if (by_factor && !in.has_guard_factor())
-    refusals.Add(Refuse(field + ".guard_factor", "", "> 0 and <= 3, of the expanded uncertainty"));
-  if (by_factor && in.has_guard_factor())
-    refusals.Add(CheckPositive(field + ".guard_factor", in.guard_factor(), kGreatestGuardFactor));
-  if (!by_factor && in.has_guard_factor())
-    refusals.Add(Refuse(field + ".guard_factor", in.guard_factor(), "none, for " + out->kind));
-  return refusals.status();
-}
-
 absl::StatusOr<storage::DrawingRow> Validated(const v1::CreateDrawingRequest& request) {
   const v1::Drawing& drawing = request.drawing();
   storage::DrawingRow row;
@@ -270,7 +251,7 @@ absl::StatusOr<storage::DrawingRow> Validated(const v1::CreateDrawingRequest& re
     row.revises = request.revises();
     if (request.revises() < 0) refusals.Add(Refuse("revises", request.revises(), "0 or more"));
   }
-  refusals.Add(ReadDecisionRule("drawing.decision_rule", drawing.decision_rule(), &row.decision_rule))
+  refusals.Add(runtime::ReadDecisionRule("drawing.decision_rule", drawing.decision_rule(), &row.decision_rule))
       .Add(ReadRegions(drawing, &row))
       .Add(ReadSections(drawing, &row))
       .Add(ReadDatumSystems(drawing, &row))

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace sixpoint::metrology {
 namespace {
@@ -31,6 +32,43 @@ TEST(Judge, NeverPassesWhatCannotBeJudged) {
   EXPECT_EQ(Judge(1, -1, 60), Verdict::kNotMeasured);
   EXPECT_EQ(Judge(1, 1, nan), Verdict::kNotMeasured);
 }
+
+// Values v with U = 2 between 0 and 10, by the guard band of each rule: conform up to 10 - guard, not conform from beyond 10 + guard.
+TEST(Judge, TakesTheGuardBandOfItsRuleAtBothLimits) {
+  const Limits limits{0, 10};
+  for (const double factor : {0.0, 0.5, 1.0, 2.0}) {
+    const DecisionRule rule{DecisionRule::Kind::kGuardBand, factor};
+    const double guard = factor * 2, little = 1e-9;
+    for (const auto& [limit, inward] : {std::pair(10.0, -1.0), std::pair(0.0, 1.0)}) {
+      EXPECT_EQ(Judge(limit + inward * (guard + little), 2, limits, rule), Verdict::kConform) << factor;
+      EXPECT_EQ(Judge(limit - inward * (guard + little), 2, limits, rule), Verdict::kNotConform) << factor;
+      EXPECT_EQ(Judge(limit, 2, limits, rule), factor > 0 ? Verdict::kUndecidable : Verdict::kConform) << factor;
+    }
+  }
+}
+
+// ISO 14253-1:2017 asks for 95 % of conformance: beside one limit 1.645 standard uncertainties, and more where the other one is near.
+TEST(Judge, ByProbabilityTakesTheTailsThatLieOutside) {
+  const DecisionRule rule = DecisionRule::Probability();
+  const Limits upper{std::nullopt, 10.0};
+  const double guard = 1.6448536269514722, little = 1e-6;  // of u = 1
+  EXPECT_EQ(Judge(10 - guard - little, 2, upper, rule), Verdict::kConform);
+  EXPECT_EQ(Judge(10 - guard + little, 2, upper, rule), Verdict::kUndecidable);
+  EXPECT_EQ(Judge(10 + guard - little, 2, upper, rule), Verdict::kUndecidable);
+  EXPECT_EQ(Judge(10 + guard + little, 2, upper, rule), Verdict::kNotConform);
+  // In the middle of limits at +-1.959964 u just 95 % lie inside.
+  EXPECT_EQ(Judge(0, 2, {-1.95997, 1.95997}, rule), Verdict::kConform);
+  EXPECT_EQ(Judge(0, 2, {-1.95995, 1.95995}, rule), Verdict::kUndecidable);
+  EXPECT_EQ(Judge(10, 0, upper, rule), Verdict::kConform);
+  EXPECT_EQ(Judge(10.001, 0, upper, rule), Verdict::kNotConform);
+}
+
+TEST(Judge, IsAsTheOneLimitRuleOfHolesByDefault) {
+  for (double value = 0; value < 100; value += 0.25)
+    EXPECT_EQ(Judge(value, 2, {std::nullopt, 60.0}, {}), Judge(value, 2, 60)) << value;
+}
+
+TEST(Judge, WithoutALimitEverythingConforms) { EXPECT_EQ(Judge(1e6, 1, {}, {}), Verdict::kConform); }
 
 TEST(Worst, PutsNotConformFirstAndConformLast) {
   const Verdict order[] = {Verdict::kConform, Verdict::kUndecidable, Verdict::kNotMeasured, Verdict::kNotConform};

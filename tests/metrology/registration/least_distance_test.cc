@@ -1,4 +1,4 @@
-#include "metrology/registration/least_distance.h"
+#include "metrology/linear_algebra/least_distance.h"
 
 #include <gtest/gtest.h>
 

@@ -43,6 +43,13 @@ grpc::Status StandInPlant::GetMachiningModel(grpc::ServerContext*, const plant::
   return grpc::Status::OK;
 }
 
+grpc::Status StandInDrawings::GetDrawing(grpc::ServerContext*, const plant::v1::GetDrawingRequest* request,
+                                         plant::v1::Drawing* response) {
+  if (drawings.count(request->name()) == 0) return NotFound(request->name());
+  *response = drawings.at(request->name());
+  return grpc::Status::OK;
+}
+
 grpc::Status StandInPlant::ListMachiningModels(grpc::ServerContext*,
                                                const plant::v1::ListMachiningModelsRequest* request,
                                                plant::v1::ListMachiningModelsResponse* response) {
@@ -198,7 +205,8 @@ grpc::Status StandInStudies::ListStudies(grpc::ServerContext*, const calibration
 }
 
 StandIns::StandIns()
-    : block(metrology::MakePinnedBlock()), server_({&plant, &ingest, &calibration, &studies, &registration}) {
+    : block(metrology::MakePinnedBlock()),
+      server_({&plant, &drawings, &ingest, &calibration, &studies, &registration}) {
   DescribePlant();
   DescribeCalibrations();
   DescribeRegistration();

@@ -14,6 +14,7 @@
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "sixpoint/calibration/v1/study.grpc.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
+#include "sixpoint/plant/v1/drawing.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
 #include "tests/metrology/inspection/pinned_block.h"
@@ -46,6 +47,13 @@ class StandInPlant final : public plant::v1::PlantService::Service {
                        plant::v1::Part* response) override;
   grpc::Status DownloadSurface(grpc::ServerContext*, const plant::v1::DownloadSurfaceRequest* request,
                                grpc::ServerWriter<plant::v1::DownloadSurfaceResponse>* writer) override;
+};
+
+class StandInDrawings final : public plant::v1::DrawingService::Service {
+ public:
+  std::map<std::string, plant::v1::Drawing> drawings;  // by name with @revision; the newest without, too
+  grpc::Status GetDrawing(grpc::ServerContext*, const plant::v1::GetDrawingRequest* request,
+                          plant::v1::Drawing* response) override;
 };
 
 class StandInIngest final : public ingest::v1::ScanService::Service {
@@ -126,6 +134,7 @@ class StandIns {
   metrology::PinnedBlock block;
   std::vector<std::string> scans;  // names, in order
   StandInPlant plant;
+  StandInDrawings drawings;
   StandInIngest ingest;
   StandInCalibration calibration;
   StandInStudies studies;

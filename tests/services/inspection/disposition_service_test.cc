@@ -61,7 +61,7 @@ TEST_F(Dispositions, ALaterOneTakesThePlaceOfTheEarlierAndTheVerdictStays) {
   const auto scrap = Dispose(Request(v1::DISPOSITION_KIND_SCRAP));
   ASSERT_TRUE(scrap.ok()) << scrap.status();
   EXPECT_EQ(scrap->blade(), part_.blade);
-  EXPECT_EQ(ScrappedBy(), scrap->name().substr(13));
+  EXPECT_EQ(ScrappedBy(), scrap->name());
   v1::DisposeRequest concession = Request(v1::DISPOSITION_KIND_CONCESSION);
   concession.set_reference("C-118");
   ASSERT_TRUE(Dispose(concession).ok());
@@ -178,7 +178,7 @@ TEST_F(ScrappedBlades, WhatWasReleasedByWhoWasNotToldDoesNotLeave) {
   ASSERT_TRUE(scrap.ok());
   Release();  // the gate had judged before
   EXPECT_EQ(Fetch().code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_EQ(*events_->ScrappedAgainst(part_.correction.substr(12), Soon()), scrap->name().substr(13));
+  EXPECT_EQ(*events_->ScrappedAgainst(part_.correction.substr(12), Soon()), scrap->name());
 }
 
 TEST_F(Dispositions, WhatSaysTooLittleIsRefused) {

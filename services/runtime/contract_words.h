@@ -8,7 +8,7 @@
 
 #include "services/runtime/errors.h"
 
-namespace sixpoint::plant {
+namespace sixpoint::runtime {
 
 // "CHARACTERISTIC_CLASS_".
 template <typename Enum>
@@ -42,7 +42,7 @@ absl::Status ReadWord(const std::string& field, Enum value, std::string* out) {
                : i + 1 == all->value_count() ? " or "
                                              : ", ") +
               WordOf(static_cast<Enum>(all->value(i)->number()));
-  return runtime::Refuse(field, value == 0 ? "" : std::to_string(static_cast<int>(value)), wanted);
+  return Refuse(field, value == 0 ? "" : std::to_string(static_cast<int>(value)), wanted);
 }
 
-}  // namespace sixpoint::plant
+}  // namespace sixpoint::runtime

@@ -1,4 +1,4 @@
-#include "metrology/registration/least_distance.h"
+#include "metrology/linear_algebra/least_distance.h"
 
 #include <absl/status/status.h>
 
@@ -21,7 +21,7 @@ absl::StatusOr<VectorXd> SolveNonNegative(const MatrixXd& a, const VectorXd& b,
   std::vector<bool> is_held(static_cast<std::size_t>(count), false);
   const double tolerance = 1e-12 * std::max(1.0, b.norm()) * std::max(1e-300, a.colwise().norm().maxCoeff());
   for (Index round = 0; round < 3 * (count + a.rows()); ++round) {
-    if (keep_going && !keep_going()) return absl::CancelledError("registration: stopped by its caller");
+    if (keep_going && !keep_going()) return absl::CancelledError("stopped by its caller");
     const VectorXd pull = a.transpose() * (b - a * x);
     Index best = -1;
     for (Index k = 0; k < count; ++k)

@@ -1,0 +1,137 @@
+#include "services/inspection/assessment_inputs.h"
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "services/inspection/deviation_messages.h"
+#include "services/inspection/messages.h"
+#include "services/inspection/order_checks.h"
+#include "services/inspection/section_messages.h"
+#include "services/runtime/errors.h"
+#include "services/runtime/recorded_results.h"
+#include "services/runtime/resource_name.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+constexpr char kKnown[] = "inspections/UUID, deviations/UUID or sections/UUID";
+
+std::string CollectionOf(const std::string& name) { return name.substr(0, name.find('/')); }
+
+absl::StatusOr<AssessedResult> FetchResult(const std::string& name, const AssessedStores& stores, const Peers& peers,
+                                           const runtime::Caller& caller) {
+  AssessedResult result;
+  std::string registration;
+  const auto take = [&](auto fetched) -> absl::Status {
+    if (!fetched.ok()) return fetched.status();
+    registration = fetched->registration();
+    result.result = *std::move(fetched);
+    return absl::OkStatus();
+  };
+  absl::Status taken;
+  const std::string collection = CollectionOf(name);
+  if (collection == "inspections")
+    taken = take(runtime::GetResult<v1::Inspection>(*stores.inspections, caller.deadline, collection, name,
+                                                    errors::v1::INSPECTION_NOT_FOUND,
+                                                    [](const storage::InspectionRow& row) { return ToProto(row); }));
+  else if (collection == "deviations")
+    taken = take(runtime::GetResult<v1::DeviationMap>(
+        *stores.deviations, caller.deadline, collection, name, errors::v1::DEVIATION_MAP_NOT_FOUND,
+        [](const storage::DeviationMapRow& row) { return ToProto(row); }));
+  else
+    taken = take(runtime::GetResult<v1::SectionMeasurement>(
+        *stores.sections, caller.deadline, collection, name, errors::v1::SECTION_MEASUREMENT_NOT_FOUND,
+        [](const storage::SectionMeasurementRow& row) { return ToProto(row); }));
+  if (!taken.ok()) return taken;
+  auto fetched = peers.registrations.Get(registration, caller.make_context());
+  if (!fetched.ok()) return fetched.status();
+  result.registration = *std::move(fetched);
+  return result;
+}
+
+// Of the blade, and all measured against the CAD that the first was.
+absl::Status CheckResults(const v1::AssessBladeRequest& request, const std::vector<AssessedResult>& results) {
+  runtime::Refusals refusals;
+  const auto revision = [](const AssessedResult& result) {
+    return result.registration.part() + "@" + std::to_string(result.registration.part_revision());
+  };
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const std::string field = At("results", static_cast<int>(i));
+    if (results[i].registration.blade() != request.blade())
+      refusals.Add(runtime::Refuse(field, results[i].name() + " of " + results[i].registration.blade(),
+                                   "a result of " + request.blade()));
+    else if (revision(results[i]) != revision(results.front()))
+      refusals.Add(runtime::Refuse(field, results[i].name() + " against " + revision(results[i]),
+                                   "one against " + revision(results.front()) + ", as results[0]"));
+  }
+  return refusals.status();
+}
+
+absl::Status CheckDrawing(const plant::v1::Drawing& drawing, const registration::v1::Registration& registration) {
+  const std::string name = drawing.name() + "@" + std::to_string(drawing.revision());
+  if (drawing.part() != registration.part())
+    return runtime::Refuse("drawing", name + " of " + drawing.part(), "a drawing of " + registration.part());
+  const auto& valid = drawing.part_revisions();
+  if (std::find(valid.begin(), valid.end(), registration.part_revision()) == valid.end())
+    return runtime::Refuse("drawing", name,
+                           "one that is valid for " + registration.part() + "@" +
+                               std::to_string(registration.part_revision()) +
+                               ", which the results were measured against");
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status CheckAssess(const v1::AssessBladeRequest& request) {
+  runtime::Refusals refusals;
+  refusals.Add(runtime::IdOf("blade", "blades", request.blade()).status())
+      .Add(runtime::RevisedIdOf("drawing", "drawings", request.drawing()).status());
+  if (request.results().empty())
+    refusals.Add(runtime::Refuse("results", "none", std::string("at least one: ") + kKnown));
+  std::set<std::string> before;
+  for (int i = 0; i < request.results_size(); ++i) {
+    const std::string collection = CollectionOf(request.results(i));
+    if (collection != "inspections" && collection != "deviations" && collection != "sections")
+      refusals.Add(runtime::Refuse(At("results", i), request.results(i), kKnown));
+    else
+      refusals.Add(runtime::IdOf(At("results", i), collection, request.results(i)).status());
+    if (!before.insert(request.results(i)).second)
+      refusals.Add(runtime::Refuse(At("results", i), request.results(i), "each once"));
+  }
+  if (!v1::AssessmentStage_IsValid(request.stage()) || request.stage() == v1::ASSESSMENT_STAGE_UNSPECIFIED)
+    refusals.Add(runtime::Refuse("stage", std::to_string(request.stage()),
+                                 "ASSESSMENT_STAGE_BEFORE_MACHINING or ASSESSMENT_STAGE_MACHINED"));
+  return refusals.status();
+}
+
+absl::StatusOr<AssessmentInputs> FetchAssessed(const v1::AssessBladeRequest& request, const AssessedStores& stores,
+                                               const Peers& peers, const runtime::Caller& caller) {
+  AssessmentInputs inputs;
+  inputs.stage = request.stage();
+  for (const std::string& name : request.results()) {
+    auto result = FetchResult(name, stores, peers, caller);
+    if (!result.ok()) return result.status();
+    inputs.results.push_back(*std::move(result));
+  }
+  if (absl::Status same = CheckResults(request, inputs.results); !same.ok()) return same;
+  auto drawing = peers.plant.GetDrawing(request.drawing(), caller.make_context());
+  if (!drawing.ok()) return drawing.status();
+  inputs.drawing = *std::move(drawing);
+  const registration::v1::Registration& first = inputs.results.front().registration;
+  if (absl::Status valid = CheckDrawing(inputs.drawing, first); !valid.ok()) return valid;
+  auto part = peers.plant.GetPart(first.part(), first.part_revision(), caller.make_context());
+  if (!part.ok()) return part.status();
+  inputs.part = *std::move(part);
+  if (request.stage() != v1::ASSESSMENT_STAGE_BEFORE_MACHINING) return inputs;
+  for (std::size_t i = 0; i < inputs.results.size(); ++i) {
+    if (!std::holds_alternative<v1::DeviationMap>(inputs.results[i].result)) continue;
+    auto patches = stores.deviations->Patches(runtime::LastSegment(inputs.results[i].name()), caller.deadline);
+    if (!patches.ok()) return patches.status();
+    if (patches->has_value()) inputs.patches[static_cast<int>(i)] = **std::move(patches);
+  }
+  return inputs;
+}
+
+}  // namespace sixpoint::inspection

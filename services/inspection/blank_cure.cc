@@ -1,0 +1,133 @@
+#include "services/inspection/blank_cure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "metrology/inspection/cure.h"
+#include "services/inspection/deviation_order.h"
+#include "services/inspection/stored_verdict.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+using plant::v1::Characteristic;
+using namespace plant::v1;  // NOLINT: quantities' names say whose they are
+
+constexpr double kMmPerUm = 1e-3;
+
+// What a rigid motion does not change.
+bool IsOfShape(CharacteristicQuantity quantity) {
+  static const std::set<CharacteristicQuantity> kOfShape = {CHARACTERISTIC_QUANTITY_SECTION_CHORD,
+                                                            CHARACTERISTIC_QUANTITY_SECTION_THICKNESS,
+                                                            CHARACTERISTIC_QUANTITY_SECTION_THICKNESS_PLACE,
+                                                            CHARACTERISTIC_QUANTITY_SECTION_LEADING_EDGE_RADIUS,
+                                                            CHARACTERISTIC_QUANTITY_SECTION_TRAILING_EDGE_RADIUS,
+                                                            CHARACTERISTIC_QUANTITY_SECTION_LEADING_EDGE_FORM,
+                                                            CHARACTERISTIC_QUANTITY_SECTION_TRAILING_EDGE_FORM,
+                                                            CHARACTERISTIC_QUANTITY_SECTION_CAMBER_HEIGHT,
+                                                            CHARACTERISTIC_QUANTITY_SECTION_PROFILE_FORM,
+                                                            CHARACTERISTIC_QUANTITY_TWIST};
+  return kOfShape.count(quantity) > 0;
+}
+
+// Patches of some profiles, each with where it is from.
+struct Zone {
+  std::vector<metrology::LimitedPatch> patches;
+  std::vector<storage::LimitConflictRow> told;  // as many
+};
+
+metrology::SurfaceRegion KernelRegion(const Drawing& drawing, const std::string& name) {
+  for (const DrawingRegion& region : drawing.regions())
+    if (region.region() == name)
+      if (const auto kernel = KernelRegionOf("region", RegionOf(region)); kernel.ok()) return kernel->region;
+  return {};
+}
+
+void AddPatches(const AssessmentInputs& inputs, const Characteristic& characteristic, int result_index, Zone* zone) {
+  const storage::DeviationPatchesRow& rows = inputs.patches.at(result_index);
+  const metrology::SurfaceRegion region = KernelRegion(inputs.drawing, characteristic.region());
+  const v1::ProfileTolerance tolerance = ToleranceOf(inputs.drawing, characteristic);
+  const double guard = KernelRuleOf(tolerance.decision_rule()).guard_factor;
+  const auto three = [](const std::vector<double>& of, std::size_t i) {
+    return Eigen::Vector3d(of[3 * i], of[3 * i + 1], of[3 * i + 2]);
+  };
+  for (std::size_t i = 0; i < rows.means_um.size(); ++i) {
+    const Eigen::Vector3d centre_mm = three(rows.centres_in_part_mm, i), normal = three(rows.normals_in_part, i);
+    if (!std::isfinite(rows.means_um[i]) || !region.Has(centre_mm, normal)) continue;
+    zone->patches.push_back({centre_mm, normal, kMmPerUm * rows.means_um[i],
+                             guard * kMmPerUm * rows.expanded_uncertainties_um[i], tolerance.lower_mm(),
+                             tolerance.upper_mm()});
+    zone->told.push_back({characteristic.characteristic(),
+                          result_index,
+                          static_cast<int>(i),
+                          rows.means_um[i],
+                          rows.expanded_uncertainties_um[i],
+                          {centre_mm.x(), centre_mm.y(), centre_mm.z()},
+                          false,
+                          0});
+  }
+}
+
+absl::StatusOr<std::string> CureOf(const Zone& zone, const std::function<bool()>& keep_going, Assessed* assessed) {
+  if (zone.patches.empty()) return std::string("UNKNOWN");
+  const auto found = metrology::FindCure(zone.patches, keep_going);
+  if (!found.ok()) return found.status();
+  if (found->cure == metrology::Cure::kNone && assessed->conflicts.empty())
+    for (const metrology::CureFinding::Conflict& conflict : found->conflicts) {
+      storage::LimitConflictRow row = zone.told[conflict.patch];
+      row.above = conflict.above;
+      row.share = conflict.share;
+      assessed->conflicts.push_back(std::move(row));
+    }
+  return std::string(found->cure == metrology::Cure::kNone       ? "NONE"
+                     : found->cure == metrology::Cure::kPossible ? "POSSIBLE"
+                                                                 : "UNKNOWN");
+}
+
+const Characteristic& Of(const AssessmentInputs& inputs, const storage::CharacteristicFindingRow& finding) {
+  return *std::find_if(inputs.drawing.characteristics().begin(), inputs.drawing.characteristics().end(),
+                       [&](const Characteristic& one) { return one.characteristic() == finding.characteristic; });
+}
+
+// All profiles with which it has to be met at once: of form by itself.
+Zone ZoneOf(const AssessmentInputs& inputs, const Assessed& assessed, const storage::CharacteristicFindingRow& of) {
+  const Characteristic& characteristic = Of(inputs, of);
+  Zone zone;
+  for (const storage::CharacteristicFindingRow& finding : assessed.findings) {
+    const Characteristic& other = Of(inputs, finding);
+    const bool together = other.quantity() == CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION &&
+                          characteristic.quantity() == other.quantity() &&
+                          characteristic.datum_system() == other.datum_system();
+    if (finding.result_index && inputs.patches.count(*finding.result_index) > 0 && (together || &finding == &of))
+      AddPatches(inputs, other, *finding.result_index, &zone);
+  }
+  return zone;
+}
+
+}  // namespace
+
+absl::Status FindCures(const AssessmentInputs& inputs, const std::function<bool()>& keep_going, Assessed* assessed) {
+  std::map<std::string, std::string> by_datum_system;  // profiles of form and location: one answer for all
+  for (storage::CharacteristicFindingRow& finding : assessed->findings) {
+    if (finding.verdict != "NOT_CONFORM") continue;
+    const Characteristic& characteristic = Of(inputs, finding);
+    finding.cure = IsOfShape(characteristic.quantity()) ? "NONE" : "UNKNOWN";
+    if (KindOf(characteristic.quantity()) != ResultKind::kDeviationMap) continue;
+    const bool located = characteristic.quantity() == CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION;
+    const auto known = by_datum_system.find(characteristic.datum_system());
+    if (located && known != by_datum_system.end()) {
+      finding.cure = known->second;
+      continue;
+    }
+    const auto cure = CureOf(ZoneOf(inputs, *assessed, finding), keep_going, assessed);
+    if (!cure.ok()) return cure.status();
+    finding.cure = *cure;
+    if (located) by_datum_system[characteristic.datum_system()] = *cure;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace sixpoint::inspection

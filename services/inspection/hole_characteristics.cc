@@ -1,0 +1,156 @@
+// Holes' values as a drawing asks for them.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "metrology/inspection/hole_displacement.h"
+#include "services/inspection/characteristic_values.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+using plant::v1::Characteristic;
+using namespace plant::v1;  // NOLINT: quantities' names say whose they are
+
+constexpr char kNotKept[] = "it was inspected before this was kept";
+constexpr char kLoose[] = "how loosely the pin stands is not stated (gauge_pin of the part's hole group)";
+constexpr double kMmPerUm = 1e-3, kRad = 3.14159265358979323846 / 180;
+
+FoundValue NotMeasured(const std::string& reason) {
+  FoundValue found;
+  found.reason = reason;
+  return found;
+}
+
+// The drawing says by which datums a hole is positioned: what other positionings would say is no uncertainty of that.
+template <typename Budget>
+double WithoutOtherPositionings(double expanded_uncertainty, const Budget& budget) {
+  for (const auto& component : budget)
+    if (component.source() == metrology::kOtherPositionings)
+      return expanded_uncertainty * std::sqrt(std::max(0.0, 1 - component.share()));
+  return expanded_uncertainty;
+}
+
+// Of the hole's start from its nominal one, along a direction that is told across the drawn axis. The two values' errors may go together in
+// any way: their uncertainties are added.
+FoundValue DisplacementIn(const v1::HoleResult& hole, const Characteristic& characteristic, const HoleGroup& group) {
+  if (!hole.has_displacement()) return NotMeasured(kNotKept);
+  using Vector = Eigen::Vector3d;
+  const auto vector = [](const geometry::v1::Direction& of) { return Vector(of.x(), of.y(), of.z()); };
+  const Vector axis = vector(group.axis_in_part()).normalized();
+  const Vector stated = vector(characteristic.along_in_part());
+  Vector along = (stated - stated.dot(axis) * axis).normalized();
+  if (characteristic.quantity() == CHARACTERISTIC_QUANTITY_HOLE_DISPLACEMENT_ACROSS) along = axis.cross(along);
+  const v1::HoleDisplacement& displacement = hole.displacement();
+  const double by_along = along.dot(vector(displacement.along_in_part()));
+  const double by_across = along.dot(vector(displacement.across_in_part()));
+  const auto expanded = [](const v1::SignedValue& value) {
+    return WithoutOtherPositionings(value.expanded_uncertainty(), value.budget());
+  };
+  const double mm = PerMillimetre(characteristic) * kMmPerUm;
+  FoundValue found;
+  found.values = {{mm * (by_along * displacement.along_um().value() + by_across * displacement.across_um().value()),
+                   mm * (std::abs(by_along) * expanded(displacement.along_um()) +
+                         std::abs(by_across) * expanded(displacement.across_um()))}};
+  return found;
+}
+
+// Where nobody says how loosely its pin stands, its hole may be this much wider than drawn (HoleGroup.gauge_pin).
+constexpr double kWidest = 1.6;
+
+// How far the start may be off by that; 0 where it is said, or no pin was measured.
+double UnstatedPlay_mm(const v1::HoleResult& hole, const HoleGroup& group) {
+  if (hole.measured_by() == v1::HOLE_MEASURED_BY_BORE || group.has_gauge_pin() || group.has_pin_standing()) return 0;
+  return std::max(0.0, kWidest * group.diameter_mm() - hole.pin_diameter_mm()) / 2;
+}
+
+void LeaveOpen(double by, FoundValue* found) {
+  if (!(by > 0) || found->values.empty()) return;
+  found->open_by += by;
+  found->open_reason = kLoose;
+}
+
+// The start lies on the surface, which the axis may meet at a slant.
+double Slant(const HoleGroup& group, const std::string& hole) {
+  for (const Hole& one : group.holes()) {
+    const auto &axis = group.axis_in_part(), &normal = one.normal_in_part();
+    if (one.hole() == hole)
+      return 1 / std::max(1e-3, std::abs(axis.x() * normal.x() + axis.y() * normal.y() + axis.z() * normal.z()));
+  }
+  return 1;
+}
+
+FoundValue HoleValue(const v1::HoleResult& hole, const Characteristic& characteristic, const HoleGroup& group) {
+  if (!hole.has_position_error_mm()) return NotMeasured(hole.reason().empty() ? "not measured" : hole.reason());
+  const double mm = PerMillimetre(characteristic), play_mm = UnstatedPlay_mm(hole, group);
+  FoundValue found;
+  switch (characteristic.quantity()) {
+    case CHARACTERISTIC_QUANTITY_HOLE_POSITION:
+      found.values = {
+          {mm * hole.position_error_mm(),
+           mm * kMmPerUm * WithoutOtherPositionings(hole.position_expanded_uncertainty_um(), hole.budget())}};
+      LeaveOpen(mm * play_mm * Slant(group, hole.hole()), &found);
+      return found;
+    case CHARACTERISTIC_QUANTITY_HOLE_INCLINATION:
+      found.values = {{hole.inclination_error_deg(), hole.inclination_expanded_uncertainty_deg()}};
+      LeaveOpen(2 * play_mm / group.depth_mm() / kRad, &found);
+      return found;
+    case CHARACTERISTIC_QUANTITY_HOLE_DIAMETER:
+      if (!hole.has_diameter()) return NotMeasured(hole.diameter_reason().empty() ? kNotKept : hole.diameter_reason());
+      found.nominal = mm * group.diameter_mm();
+      found.values = {{mm * hole.diameter().diameter_mm(), mm * kMmPerUm * hole.diameter().expanded_uncertainty_um()}};
+      return found;
+    default:
+      found = DisplacementIn(hole, characteristic, group);
+      LeaveOpen(mm * play_mm * Slant(group, hole.hole()), &found);
+      return found;
+  }
+}
+
+const v1::HoleResult* HoleOf(const v1::Inspection& inspection, const std::string& group, const std::string& hole) {
+  for (const v1::HoleResult& one : inspection.holes())
+    if (one.group() == group && one.hole() == hole) return &one;
+  return nullptr;
+}
+
+FoundValue PitchIn(const v1::Inspection& inspection, const Characteristic& characteristic, const Feature& feature,
+                   const HoleGroup& group) {
+  for (const v1::HolePitch& pitch : inspection.pitches()) {
+    const bool same = pitch.from() == feature.hole && pitch.to() == feature.to_hole;
+    const bool back = pitch.from() == feature.to_hole && pitch.to() == feature.hole;
+    if (pitch.group() != characteristic.hole_group() || !(same || back)) continue;
+    if (!pitch.has_pitch_mm()) return NotMeasured(pitch.reason());
+    FoundValue found;
+    const bool is_length = characteristic.quantity() == CHARACTERISTIC_QUANTITY_HOLE_PITCH;
+    const double mm = is_length ? PerMillimetre(characteristic) : 1 / group.diameter_mm();
+    if (is_length) {
+      found.nominal = mm * pitch.nominal_pitch_mm();
+      found.values = {{mm * pitch.pitch_mm(), mm * kMmPerUm * pitch.expanded_uncertainty_um()}};
+    } else {
+      found.nominal = mm * pitch.nominal_pitch_mm();
+      found.values = {{pitch.pitch_over_diameter(), pitch.pitch_over_diameter_expanded_uncertainty()}};
+    }
+    for (const std::string* hole : {&feature.hole, &feature.to_hole})
+      if (const auto* const end = HoleOf(inspection, characteristic.hole_group(), *hole); end != nullptr)
+        LeaveOpen(mm * UnstatedPlay_mm(*end, group) * Slant(group, *hole), &found);
+    return found;
+  }
+  return NotMeasured(inspection.pitches().empty() ? kNotKept
+                                                  : "pitches are measured from each hole to the next of its group");
+}
+
+}  // namespace
+
+std::optional<FoundValue> HoleValueIn(const v1::Inspection& inspection, const Characteristic& characteristic,
+                                      const Feature& feature, const Part& part) {
+  const auto group = std::find_if(part.hole_groups().begin(), part.hole_groups().end(),
+                                  [&](const HoleGroup& one) { return one.group() == characteristic.hole_group(); });
+  if (KindOf(characteristic.quantity()) != ResultKind::kInspection || group == part.hole_groups().end())
+    return std::nullopt;
+  if (!feature.to_hole.empty()) return PitchIn(inspection, characteristic, feature, *group);
+  const v1::HoleResult* const hole = HoleOf(inspection, characteristic.hole_group(), feature.hole);
+  if (hole == nullptr) return std::nullopt;
+  return HoleValue(*hole, characteristic, *group);
+}
+
+}  // namespace sixpoint::inspection

@@ -1,0 +1,465 @@
+// The pinned block against a drawing: what its inspection and its map have is judged, what they have not is told, and a blank that no
+// motion cures is discarded.
+#include "services/inspection/assessment_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/inspection/assessment_messages.h"
+#include "services/inspection/deviation_service.h"
+#include "services/inspection/inspection_service.h"
+#include "services/runtime/call.h"
+#include "services/runtime/errors.h"
+#include "storage/correction_events.h"
+#include "storage/events.h"
+#include "storage/record.h"
+#include "tests/services/correction/judged_plant.h"
+#include "tests/support/customers_parts.h"
+
+namespace sixpoint::inspection {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using namespace plant::v1;  // NOLINT: enums say whose they are
+using namespace v1;         // NOLINT: the same
+
+constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
+
+class AssessmentServiceTest : public ::testing::Test {
+ protected:
+  AssessmentServiceTest() {
+    for (const std::string& scan : plant_.scans) plant_.registration.registration.add_scans(scan);
+    auto transaction = plant_.database.database()->Begin(testing::Soon());
+    testing::PutDrawingOf(*transaction, "p1", "d1");
+    EXPECT_TRUE(transaction->Commit().ok());
+    drawing_.set_name("drawings/d1");
+    drawing_.set_revision(1);
+    drawing_.set_part("parts/p1");
+    drawing_.add_part_revisions(1);
+    drawing_.mutable_decision_rule()->set_kind(DECISION_RULE_KIND_ISO_14253_1);
+    drawing_.mutable_decision_rule()->set_edition("2013");
+    DatumSystem& system = *drawing_.add_datum_systems();
+    system.set_datum_system("A|B|C");
+    system.set_positioning(DATUM_POSITIONING_SIX_POINT);
+    DrawingRegion& top = *drawing_.add_regions();
+    top.set_region("top side");
+    top.mutable_facing_in_part()->set_z(1);
+    DrawingSection& section = *drawing_.add_sections();
+    section.set_section("50 %");
+    section.set_height_mm(-5);
+    section.set_half_width_mm(0.1);
+  }
+
+  Characteristic& Add(CharacteristicQuantity quantity, CharacteristicUnit unit, double upper,
+                      ToleranceZone zone = TOLERANCE_ZONE_UNSPECIFIED) {
+    Characteristic& one = *drawing_.add_characteristics();
+    one.set_characteristic(std::to_string(drawing_.characteristics_size()));
+    one.set_name("the " + one.characteristic());
+    one.set_characteristic_class(CHARACTERISTIC_CLASS_MAJOR);
+    one.set_quantity(quantity);
+    one.set_unit(unit);
+    one.set_upper_limit(upper);
+    one.set_zone(zone);
+    return one;
+  }
+  Characteristic& AddHoles(CharacteristicQuantity quantity, CharacteristicUnit unit, double upper,
+                           ToleranceZone zone = TOLERANCE_ZONE_UNSPECIFIED) {
+    Characteristic& one = Add(quantity, unit, upper, zone);
+    one.set_hole_group("G1");
+    one.set_datum_system("A|B|C");
+    return one;
+  }
+  Characteristic& AddTop(CharacteristicQuantity quantity, double lower_mm, double upper_mm) {
+    Characteristic& one = Add(quantity, CHARACTERISTIC_UNIT_MM, upper_mm, TOLERANCE_ZONE_BORDERS);
+    one.set_lower_limit(lower_mm);
+    one.set_region("top side");
+    one.set_least_coverage(0.5);
+    if (quantity == CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION) one.set_datum_system("A|B|C");
+    return one;
+  }
+  // As the plant has it from now on.
+  void Draw() {
+    for (const char* name : {"drawings/d1", "drawings/d1@1"}) plant_.drawings.drawings[name] = drawing_;
+  }
+  AssessmentPlan Plan(AssessmentStage stage = ASSESSMENT_STAGE_MACHINED) {
+    Draw();
+    PlanAssessmentRequest request;
+    request.set_drawing("drawings/d1");
+    request.set_stage(stage);
+    AssessmentPlan plan;
+    const grpc::Status status = stub_->PlanAssessment(runtime::ContextFor(10).get(), request, &plan);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return plan;
+  }
+  // All that the plan asks for, from the only registration that there is.
+  std::vector<std::string> Measure(const AssessmentPlan& plan) {
+    std::vector<std::string> names;
+    for (const MeasurementOrder& order : plan.orders()) {
+      if (order.has_map()) {
+        MapDeviationRequest request = order.map();
+        request.set_registration(testing::kRegistration);
+        request.set_patch_mm(2);
+        DeviationMap map;
+        const grpc::Status status = maps_stub_->MapDeviation(runtime::ContextFor(60).get(), request, &map);
+        EXPECT_TRUE(status.ok()) << status.error_message();
+        names.push_back(map.name());
+      } else if (order.has_inspect()) {
+        InspectRequest request = order.inspect();
+        request.set_blade("blades/sn1");
+        for (const std::string& scan : plant_.scans) request.add_scans(scan);
+        Inspection inspection;
+        const grpc::Status status = inspections_stub_->Inspect(runtime::ContextFor(60).get(), request, &inspection);
+        EXPECT_TRUE(status.ok()) << status.error_message();
+        names.push_back(inspection.name());
+      }
+    }
+    return names;
+  }
+  static AssessBladeRequest Request(const std::vector<std::string>& results,
+                                    AssessmentStage stage = ASSESSMENT_STAGE_MACHINED) {
+    AssessBladeRequest request;
+    request.set_blade("blades/sn1");
+    request.set_drawing("drawings/d1");
+    for (const std::string& result : results) request.add_results(result);
+    request.set_stage(stage);
+    return request;
+  }
+  absl::StatusOr<Assessment> Assess(const AssessBladeRequest& request) {
+    Assessment assessment;
+    const grpc::Status status = stub_->AssessBlade(runtime::ContextFor(60).get(), request, &assessment);
+    if (!status.ok()) return runtime::FromGrpc(status);
+    return assessment;
+  }
+  static const CharacteristicFinding& FindingOf(const Assessment& assessment, const std::string& characteristic,
+                                                const std::string& feature = "") {
+    for (const CharacteristicFinding& finding : assessment.findings())
+      if (finding.characteristic() == characteristic && finding.feature() == feature) return finding;
+    ADD_FAILURE() << characteristic << " " << feature;
+    return CharacteristicFinding::default_instance();
+  }
+  std::string ScrappedBy() {
+    const auto found = storage::CorrectionEventsIn(plant_.database.database())->ScrappedBy("sn1", testing::Soon());
+    EXPECT_TRUE(found.ok()) << found.status();
+    return found.ok() ? found->value_or("") : "";
+  }
+  std::unique_ptr<Peers> NewPeers() {
+    return std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect());
+  }
+
+  testing::JudgedPlant plant_;
+  Drawing drawing_;
+  inspection::InspectionService inspections_{storage::InspectionsIn(plant_.database.database()), NewPeers(), {}};
+  inspection::DeviationService maps_{storage::DeviationsIn(plant_.database.database()), NewPeers(), {}};
+  inspection::AssessmentService service_{
+      storage::AssessmentsIn(plant_.database.database()),
+      {storage::InspectionsIn(plant_.database.database()), storage::DeviationsIn(plant_.database.database()),
+       storage::SectionsIn(plant_.database.database())},
+      NewPeers(),
+      {}};
+  testing::InProcessServer server_{{&inspections_, &maps_, &service_}};
+  std::unique_ptr<v1::InspectionService::Stub> inspections_stub_ = v1::InspectionService::NewStub(server_.Connect());
+  std::unique_ptr<v1::DeviationService::Stub> maps_stub_ = v1::DeviationService::NewStub(server_.Connect());
+  std::unique_ptr<v1::AssessmentService::Stub> stub_ = v1::AssessmentService::NewStub(server_.Connect());
+};
+
+TEST_F(AssessmentServiceTest, JudgesEachCharacteristicAndReadsBackTheSame) {
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_POSITION, CHARACTERISTIC_UNIT_UM, 120, TOLERANCE_ZONE_DIAMETER);
+  AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION, -0.02, 0.02);
+  AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM, -0.02, 0.02);
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_INCLINATION, CHARACTERISTIC_UNIT_DEG, 0.5).set_hole("H1");
+  Characteristic& pitch = AddHoles(CHARACTERISTIC_QUANTITY_HOLE_PITCH, CHARACTERISTIC_UNIT_MM, 100);
+  pitch.clear_datum_system();
+  Add(CHARACTERISTIC_QUANTITY_MEASURED_ELSEWHERE, CHARACTERISTIC_UNIT_MM, 1);
+  Characteristic& chord = Add(CHARACTERISTIC_QUANTITY_SECTION_CHORD, CHARACTERISTIC_UNIT_MM, 1);
+  chord.set_section("50 %");
+  chord.set_algorithm(CHARACTERISTIC_ALGORITHM_CALIPER);
+  const AssessmentPlan plan = Plan();
+  ASSERT_EQ(plan.orders_size(), 3) << plan.DebugString();
+  EXPECT_THAT(plan.orders(0).characteristics(), ElementsAre("1", "4", "5"));
+  EXPECT_THAT(plan.orders(1).characteristics(), ElementsAre("2", "3"));
+  EXPECT_EQ(plan.orders(1).method(), registration::v1::METHOD_SIX_POINT);
+  EXPECT_EQ(plan.orders(2).sections().sections_size(), 1);
+  EXPECT_THAT(plan.measured_elsewhere(), ElementsAre("6"));
+  const auto results = Measure(plan);
+  ASSERT_EQ(results.size(), 2u);
+  const auto assessment = Assess(Request(results));
+  ASSERT_TRUE(assessment.ok()) << assessment.status();
+  ASSERT_EQ(assessment->findings_size(), 8);
+  EXPECT_EQ(assessment->verdict(), VERDICT_NOT_CONFORM);
+  EXPECT_EQ(assessment->fate(), BLANK_FATE_UNSPECIFIED);
+  EXPECT_EQ(assessment->drawing(), "drawings/d1@1");
+
+  // The inspection's own verdict is by the part's 0.06: the same radius.
+  const CharacteristicFinding &good = FindingOf(*assessment, "1", "H1"), &bad = FindingOf(*assessment, "1", "H2");
+  const double position_um = 1e3 * (plant_.block.pins[0].start_mm - plant_.block.holes[0].pin.start_mm).norm();
+  EXPECT_NEAR(good.value(), position_um, 1);
+  EXPECT_EQ(good.upper_limit(), 60);
+  EXPECT_FALSE(good.has_lower_limit());
+  EXPECT_EQ(good.verdict(), VERDICT_CONFORM) << good.reason();
+  EXPECT_EQ(good.result(), results[0]);
+  EXPECT_EQ(good.method(), registration::v1::METHOD_SIX_POINT);
+  EXPECT_EQ(bad.verdict(), VERDICT_NOT_CONFORM);
+  EXPECT_EQ(bad.reason(), "");
+  const CharacteristicFinding& located = FindingOf(*assessment, "2");
+  EXPECT_EQ(located.verdict(), VERDICT_CONFORM) << located.reason();
+  EXPECT_NEAR(located.value(), 0.005, 0.004);
+  EXPECT_EQ(located.result(), results[1]);
+  EXPECT_NEAR(FindingOf(*assessment, "3").value(), 0, 0.004);
+  EXPECT_EQ(FindingOf(*assessment, "4", "H1").verdict(), VERDICT_CONFORM);
+  EXPECT_NEAR(FindingOf(*assessment, "5", "H1 to H2").value(), FindingOf(*assessment, "5", "H1 to H2").nominal(), 0.1);
+  for (const char* missing : {"6", "7"}) {
+    EXPECT_EQ(FindingOf(*assessment, missing).verdict(), VERDICT_NOT_MEASURED);
+    EXPECT_FALSE(FindingOf(*assessment, missing).has_value());
+    EXPECT_EQ(FindingOf(*assessment, missing).result(), "");
+  }
+  EXPECT_THAT(FindingOf(*assessment, "7").reason(), HasSubstr("want a measurement of this section"));
+  ASSERT_EQ(assessment->groups_size(), 4);
+  EXPECT_EQ(assessment->groups(0).group(), "G1");
+  EXPECT_EQ(assessment->groups(0).verdict(), VERDICT_NOT_CONFORM);
+  EXPECT_EQ(assessment->groups(0).finding_count(), 4);
+  EXPECT_EQ(assessment->groups(0).conform_count(), 3);
+  EXPECT_EQ(assessment->groups(1).group(), "top side");
+  EXPECT_EQ(assessment->groups(1).verdict(), VERDICT_CONFORM);
+
+  GetAssessmentRequest get;
+  get.set_name(assessment->name());
+  Assessment back;
+  ASSERT_TRUE(stub_->GetAssessment(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_EQ(back.DebugString(), assessment->DebugString());
+  ListAssessmentsRequest list;
+  list.set_blade("blades/sn1");
+  list.set_machine("machines/m1");
+  list.set_calibration(testing::kSensorCalibration);
+  list.set_verdict(VERDICT_NOT_CONFORM);
+  ListAssessmentsResponse listed;
+  ASSERT_TRUE(stub_->ListAssessments(runtime::ContextFor(10).get(), list, &listed).ok());
+  ASSERT_EQ(listed.assessments_size(), 1);
+  EXPECT_THAT(listed.assessments(0).findings(), IsEmpty());
+  EXPECT_EQ(listed.assessments(0).groups_size(), 4);
+  list.set_verdict(VERDICT_CONFORM);
+  ASSERT_TRUE(stub_->ListAssessments(runtime::ContextFor(10).get(), list, &listed).ok());
+  EXPECT_THAT(listed.assessments(), IsEmpty());
+
+  ReplayAssessmentRequest again;
+  again.set_name(assessment->name());
+  replay::v1::Replay replay;
+  ASSERT_TRUE(stub_->ReplayAssessment(runtime::ContextFor(30).get(), again, &replay).ok());
+  EXPECT_EQ(replay.outcome(), replay::v1::REPLAY_OUTCOME_SAME_BITS) << replay.DebugString();
+  auto transaction = plant_.database.database()->Begin(testing::Soon());
+  const auto derived = storage::DerivedFrom(*transaction, testing::kSensorCalibration);
+  ASSERT_TRUE(derived.ok());
+  std::vector<std::string> names, verdicts;
+  for (const storage::JournalEntry& journal : *derived) {
+    names.push_back(journal.entry.name);
+    if (journal.entry.name == assessment->name()) verdicts.push_back(journal.verdict);
+  }
+  EXPECT_THAT(names, Contains(assessment->name()));
+  EXPECT_THAT(verdicts, ElementsAre("NOT_CONFORM"));
+}
+
+// 20 um off along X, 10 along Y: what the drawing asks along X, along Y, and across them.
+TEST_F(AssessmentServiceTest, TellsDisplacementsAlongTheDrawnDirection) {
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_DISPLACEMENT_ALONG, CHARACTERISTIC_UNIT_UM, 60, TOLERANCE_ZONE_HALF_WIDTH)
+      .mutable_along_in_part()
+      ->set_y(1);
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_DISPLACEMENT_ACROSS, CHARACTERISTIC_UNIT_UM, 60, TOLERANCE_ZONE_WIDTH)
+      .mutable_along_in_part()
+      ->set_y(1);
+  const auto assessment = Assess(Request(Measure(Plan())));
+  ASSERT_TRUE(assessment.ok()) << assessment.status();
+  const Eigen::Vector3d off_um = 1e3 * (plant_.block.pins[0].start_mm - plant_.block.holes[0].pin.start_mm);
+  const Eigen::Vector3d axis = plant_.block.holes[0].pin.axis;
+  const Eigen::Vector3d along = (Eigen::Vector3d::UnitY() - axis.y() * axis).normalized();
+  EXPECT_NEAR(FindingOf(*assessment, "1", "H1").value(), along.dot(off_um), 1);
+  EXPECT_NEAR(FindingOf(*assessment, "2", "H1").value(), axis.cross(along).dot(off_um), 1);
+  EXPECT_EQ(FindingOf(*assessment, "1", "H1").lower_limit(), -60);
+  EXPECT_EQ(FindingOf(*assessment, "2", "H1").lower_limit(), -30);
+}
+
+// Another datum system's result stands beside, and is not judged; without one of its own there is none.
+TEST_F(AssessmentServiceTest, JudgesTheDatumSystemsOwnResultAlone) {
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_POSITION, CHARACTERISTIC_UNIT_MM, 0.06, TOLERANCE_ZONE_RADIUS).set_hole("H1");
+  const auto six_point = Measure(Plan());
+  drawing_.mutable_datum_systems(0)->set_positioning(DATUM_POSITIONING_BEST_FIT);
+  const auto best_fit = Measure(Plan());
+  const auto assessment = Assess(Request({six_point[0], best_fit[0]}));
+  ASSERT_TRUE(assessment.ok()) << assessment.status();
+  const CharacteristicFinding& finding = FindingOf(*assessment, "1", "H1");
+  EXPECT_EQ(finding.result(), best_fit[0]);
+  ASSERT_EQ(finding.others_size(), 1);
+  EXPECT_EQ(finding.others(0).result(), six_point[0]);
+  EXPECT_EQ(finding.others(0).method(), registration::v1::METHOD_SIX_POINT);
+  const auto without = Assess(Request({six_point[0]}));
+  EXPECT_EQ(FindingOf(*without, "1", "H1").verdict(), VERDICT_NOT_MEASURED);
+  EXPECT_THAT(FindingOf(*without, "1", "H1").reason(), HasSubstr("positioned by BEST_FIT (A|B|C)"));
+  EXPECT_EQ(FindingOf(*without, "1", "H1").others_size(), 1);
+}
+
+// 22 um with some U against 22.5: each rule by its name.
+TEST_F(AssessmentServiceTest, JudgesByTheRuleThatTheDrawingNames) {
+  const auto rule = [](DecisionRuleKind kind, const std::string& edition, double factor, Characteristic* one) {
+    one->mutable_decision_rule()->set_kind(kind);
+    one->mutable_decision_rule()->set_edition(edition);
+    if (factor > 0) one->mutable_decision_rule()->set_guard_factor(factor);
+  };
+  for (int i = 0; i < 4; ++i)
+    AddHoles(CHARACTERISTIC_QUANTITY_HOLE_POSITION, CHARACTERISTIC_UNIT_UM, 60, TOLERANCE_ZONE_RADIUS).set_hole("H1");
+  const auto results = Measure(Plan());
+  const auto before = Assess(Request(results));
+  const double value = FindingOf(*before, "1", "H1").value(), u = FindingOf(*before, "1", "H1").expanded_uncertainty();
+  for (Characteristic& one : *drawing_.mutable_characteristics()) one.set_upper_limit(value + 0.9 * u);
+  rule(DECISION_RULE_KIND_SIMPLE_ACCEPTANCE, "", 0, drawing_.mutable_characteristics(1));
+  rule(DECISION_RULE_KIND_GUARD_FACTOR, "", 0.5, drawing_.mutable_characteristics(2));
+  rule(DECISION_RULE_KIND_ISO_14253_1, "2017", 0, drawing_.mutable_characteristics(3));
+  Draw();
+  const auto assessment = Assess(Request(results));
+  ASSERT_TRUE(assessment.ok()) << assessment.status();
+  EXPECT_EQ(FindingOf(*assessment, "1", "H1").verdict(), VERDICT_UNDECIDABLE);
+  EXPECT_THAT(FindingOf(*assessment, "1", "H1").reason(), HasSubstr("the decision rule leaves it open"));
+  EXPECT_EQ(FindingOf(*assessment, "1", "H1").decision_rule().edition(), "2013");
+  EXPECT_EQ(FindingOf(*assessment, "2", "H1").verdict(), VERDICT_CONFORM);
+  EXPECT_EQ(FindingOf(*assessment, "3", "H1").verdict(), VERDICT_CONFORM);
+  EXPECT_EQ(FindingOf(*assessment, "3", "H1").decision_rule().guard_factor(), 0.5);
+  EXPECT_EQ(FindingOf(*assessment, "4", "H1").verdict(), VERDICT_CONFORM);  // 0.9 U is 1.8 u, beyond 1.645
+}
+
+// Where nobody says how loosely the pin stands its hole is not passed, unless one 1.6 times as wide would be too.
+TEST_F(AssessmentServiceTest, PassesNoHoleWhosePinMayStandLoose) {
+  plant_.plant.part.mutable_hole_groups(0)->clear_gauge_pin();
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_POSITION, CHARACTERISTIC_UNIT_MM, 0.06, TOLERANCE_ZONE_RADIUS).set_hole("H1");
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_POSITION, CHARACTERISTIC_UNIT_MM, 2, TOLERANCE_ZONE_RADIUS).set_hole("H1");
+  const auto assessment = Assess(Request(Measure(Plan())));
+  ASSERT_TRUE(assessment.ok()) << assessment.status();
+  EXPECT_EQ(FindingOf(*assessment, "1", "H1").verdict(), VERDICT_UNDECIDABLE);
+  EXPECT_THAT(FindingOf(*assessment, "1", "H1").reason(), HasSubstr("how loosely the pin stands"));
+  EXPECT_EQ(FindingOf(*assessment, "2", "H1").verdict(), VERDICT_CONFORM);
+}
+
+TEST_F(AssessmentServiceTest, DiscardsABlankThatNoMotionCures) {
+  // Its top is 5 um high: out of the first, which a shift cures.
+  AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION, -0.02, 0.001);
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_POSITION, CHARACTERISTIC_UNIT_MM, 0.06, TOLERANCE_ZONE_RADIUS);
+  const auto stage = ASSESSMENT_STAGE_BEFORE_MACHINING;
+  const AssessmentPlan plan = Plan(stage);
+  ASSERT_EQ(plan.orders_size(), 1) << "holes are not due";
+  const auto curable = Assess(Request(Measure(plan), stage));
+  ASSERT_TRUE(curable.ok()) << curable.status();
+  ASSERT_EQ(curable->findings_size(), 1);
+  EXPECT_EQ(curable->verdict(), VERDICT_NOT_CONFORM);
+  EXPECT_EQ(curable->findings(0).cure(), CURE_POSSIBLE);
+  EXPECT_EQ(curable->fate(), BLANK_FATE_MACHINABLE) << curable->fate_reason();
+  EXPECT_EQ(ScrappedBy(), "");
+
+  // Nothing is at once above 8 um and below -8 um.
+  drawing_.mutable_characteristics(0)->set_upper_limit(-0.008);
+  AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION, 0.008, 0.02);
+  const auto hopeless = Assess(Request(Measure(Plan(stage)), stage));
+  ASSERT_TRUE(hopeless.ok()) << hopeless.status();
+  EXPECT_EQ(hopeless->fate(), BLANK_FATE_DISCARD);
+  EXPECT_THAT(hopeless->fate_reason(), HasSubstr("no rigid motion of the part brings it within its limits"));
+  EXPECT_EQ(FindingOf(*hopeless, "1").cure(), CURE_NONE);
+  ASSERT_GE(hopeless->conflicts_size(), 2);
+  EXPECT_GT(hopeless->conflicts(0).share(), 0);
+  EXPECT_GT(hopeless->conflicts(0).patch().expanded_uncertainty_um(), 0);
+  EXPECT_EQ(ScrappedBy(), hopeless->name());
+  GetAssessmentRequest get;
+  get.set_name(hopeless->name());
+  Assessment back;
+  ASSERT_TRUE(stub_->GetAssessment(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_EQ(back.DebugString(), hopeless->DebugString());
+
+  // What says nothing lifts nothing; what says MACHINABLE does.
+  drawing_.clear_characteristics();
+  AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION, -0.02, 0.02).set_least_coverage(1);
+  const auto unseen = Assess(Request(Measure(Plan(stage)), stage));
+  EXPECT_EQ(unseen->fate(), BLANK_FATE_UNDECIDED);
+  EXPECT_THAT(unseen->fate_reason(), HasSubstr("were seen, want 100 %"));
+  EXPECT_EQ(ScrappedBy(), hopeless->name());
+  drawing_.mutable_characteristics(0)->set_least_coverage(0.5);
+  EXPECT_EQ(Assess(Request(Measure(Plan(stage)), stage))->fate(), BLANK_FATE_MACHINABLE);
+  EXPECT_EQ(ScrappedBy(), "");
+}
+
+// A map whose profile is not the drawing's has nothing of it: other limits, another region, another rule.
+TEST_F(AssessmentServiceTest, TakesAProfileThatWasJudgedAsDrawnAlone) {
+  AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION, -0.02, 0.02);
+  const auto results = Measure(Plan());
+  ASSERT_EQ(Assess(Request(results))->verdict(), VERDICT_CONFORM);
+  const Drawing good = drawing_;
+  const auto expect_none = [&] {
+    Draw();
+    const auto assessment = Assess(Request(results));
+    EXPECT_EQ(assessment->verdict(), VERDICT_NOT_MEASURED);
+    EXPECT_THAT(assessment->findings(0).reason(), HasSubstr("want a deviation map with this profile tolerance"));
+    drawing_ = good;
+  };
+  drawing_.mutable_characteristics(0)->set_upper_limit(0.021);
+  expect_none();
+  drawing_.mutable_characteristics(0)->set_least_coverage(0.6);
+  expect_none();
+  drawing_.mutable_regions(0)->set_facing_within_deg(30);
+  expect_none();
+  drawing_.mutable_decision_rule()->set_edition("2017");
+  expect_none();
+  drawing_.mutable_characteristics(0)->set_region("");
+  expect_none();
+  drawing_.mutable_decision_rule()->set_edition("1998");  // does the same as 2013
+  Draw();
+  EXPECT_EQ(Assess(Request(results))->verdict(), VERDICT_CONFORM);
+}
+
+TEST_F(AssessmentServiceTest, RefusesWhatIsNotOfThatBladeAndDrawing) {
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_POSITION, CHARACTERISTIC_UNIT_MM, 0.06, TOLERANCE_ZONE_RADIUS);
+  const auto results = Measure(Plan());
+  const auto expect = [&](const AssessBladeRequest& request, absl::StatusCode code, const std::string& message) {
+    const absl::Status status = Assess(request).status();
+    EXPECT_EQ(status.code(), code) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(message));
+  };
+  constexpr auto kBad = absl::StatusCode::kInvalidArgument;
+  AssessBladeRequest request = Request(results);
+  request.set_blade("blades/sn2");
+  expect(request, kBad, "results[0]: " + results[0] + " of blades/sn1, want a result of blades/sn2");
+  request = Request({results[0], results[0]});
+  expect(request, kBad, "results[1]: " + results[0] + ", want each once");
+  expect(Request({}), kBad, "results: none");
+  expect(Request({"scans/s1"}), kBad, "results[0]: scans/s1");
+  request = Request(results);
+  request.set_stage(ASSESSMENT_STAGE_UNSPECIFIED);
+  expect(request, kBad, "stage");
+  for (const char* name : {"inspections/", "deviations/", "sections/"})
+    expect(Request({std::string(name) + kId}), absl::StatusCode::kNotFound, kId);
+  request = Request(results);
+  request.set_drawing("drawings/d9");
+  expect(request, absl::StatusCode::kNotFound, "d9");
+  drawing_.set_part("parts/p9");
+  Draw();
+  expect(Request(results), kBad, "want a drawing of parts/p1");
+  drawing_.set_part("parts/p1");
+  drawing_.set_part_revisions(0, 2);
+  Draw();
+  expect(Request(results), kBad, "one that is valid for parts/p1@1");
+  drawing_.set_part_revisions(0, 1);
+  Draw();
+  expect(Request(results, ASSESSMENT_STAGE_BEFORE_MACHINING), kBad, "characteristic that is due");
+  GetAssessmentRequest get;
+  get.set_name(std::string("assessments/") + kId);
+  Assessment none;
+  const absl::Status missing = runtime::FromGrpc(stub_->GetAssessment(runtime::ContextFor(10).get(), get, &none));
+  EXPECT_EQ(runtime::ReasonOf(missing), "ASSESSMENT_NOT_FOUND");
+}
+
+TEST_F(AssessmentServiceTest, AnswersARetryAsItDidAndStoresOnce) {
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_POSITION, CHARACTERISTIC_UNIT_MM, 0.06, TOLERANCE_ZONE_RADIUS);
+  AssessBladeRequest request = Request(Measure(Plan()));
+  request.set_request_id(kId);
+  const auto first = Assess(request), second = Assess(request);
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_EQ(first->DebugString(), second->DebugString());
+}
+
+}  // namespace
+}  // namespace sixpoint::inspection
