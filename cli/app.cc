@@ -65,6 +65,8 @@ void AddCommands(Command* root, Session* session) {
   AddInspectionCommands(root, session);
   AddDeviationCommands(root, session);
   AddSectionCommands(root, session);
+  AddAssessCommand(root, session);
+  AddAssessmentCommands(root, session);
   AddExportCommand(root, session);
   AddFleetCommands(root, session);
   AddOpenCommand(root, session);

@@ -16,6 +16,7 @@
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
+#include "sixpoint/inspection/v1/assessment.grpc.pb.h"
 #include "sixpoint/inspection/v1/deviation.grpc.pb.h"
 #include "sixpoint/inspection/v1/disposition.grpc.pb.h"
 #include "sixpoint/inspection/v1/efficacy.grpc.pb.h"
@@ -60,6 +61,7 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
            {"correction", correction::v1::CorrectionService::service_full_name()},
            {"inspection", inspection::v1::InspectionService::service_full_name()},
            {"inspection", inspection::v1::DeviationService::service_full_name()},
+           {"inspection", inspection::v1::AssessmentService::service_full_name()},
            {"inspection", inspection::v1::SectionService::service_full_name()},
            {"inspection", inspection::v1::ExportService::service_full_name()},
            {"inspection", inspection::v1::DispositionService::service_full_name()},

@@ -37,6 +37,8 @@ void AddInspectCommand(Command* app, Session* session);
 void AddInspectionCommands(Command* app, Session* session);
 void AddDeviationCommands(Command* app, Session* session);
 void AddSectionCommands(Command* app, Session* session);
+void AddAssessCommand(Command* app, Session* session);
+void AddAssessmentCommands(Command* app, Session* session);
 void AddExportCommand(Command* app, Session* session);
 void AddRecallCommand(Command* app, Session* session);
 void AddEventsCommand(Command* app, Session* session);

@@ -1,6 +1,7 @@
 #include "cli/deviation_document.h"
 
 #include "cli/document.h"
+#include "cli/drawing_document.h"
 #include "services/runtime/geometry_proto.h"
 
 namespace sixpoint::cli {
@@ -21,7 +22,7 @@ void ReadRegion(const Field& region, inspection::v1::SurfaceRegion* out) {
 }
 
 void ReadProfile(const Field& profile, inspection::v1::ProfileTolerance* out) {
-  profile.OnlyKeys({"characteristic", "region", "zone", "lower_mm", "upper_mm", "least_coverage"});
+  profile.OnlyKeys({"characteristic", "region", "zone", "lower_mm", "upper_mm", "least_coverage", "decision_rule"});
   out->set_characteristic(profile.At("characteristic").Text());
   if (const auto region = profile.Find("region")) out->set_region(region->Text());
   out->set_zone(profile.At("zone").Choice({"form", "form-and-location"}) == "form"
@@ -30,6 +31,7 @@ void ReadProfile(const Field& profile, inspection::v1::ProfileTolerance* out) {
   out->set_lower_mm(profile.At("lower_mm").Number());
   out->set_upper_mm(profile.At("upper_mm").Number());
   if (const auto coverage = profile.Find("least_coverage")) out->set_least_coverage(coverage->Number(0, 1));
+  if (const auto rule = profile.Find("decision_rule")) ReadDecisionRule(*rule, out->mutable_decision_rule());
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "cli/commands.h"
 #include "cli/drawing_document.h"
 #include "cli/output.h"
+#include "cli/reports.h"
 #include "cli/table.h"
 #include "refusal/message_text.h"
 #include "sixpoint/plant/v1/drawing.grpc.pb.h"
@@ -17,13 +18,6 @@ struct Arguments {
   std::string file_or_id;
   int revises = -1;  // not said
 };
-
-std::string RuleText(const plant::v1::DecisionRule& rule) {
-  std::string text = EnumText(DecisionRuleKind_Name(rule.kind()), "DECISION_RULE_KIND_");
-  if (rule.kind() == plant::v1::DECISION_RULE_KIND_ISO_14253_1) text = "ISO 14253-1:" + rule.edition();
-  if (rule.has_guard_factor()) text += " " + NumberText(rule.guard_factor());
-  return text;
-}
 
 std::string QuantityText(const Characteristic& one) {
   std::string text = EnumText(CharacteristicQuantity_Name(one.quantity()), "CHARACTERISTIC_QUANTITY_");

@@ -45,13 +45,6 @@ void ReadDirection(const Field& field, geometry::v1::Direction* out) {
   out->set_z(direction.normalized().z());
 }
 
-void ReadRule(const Field& rule, plant::v1::DecisionRule* out) {
-  rule.OnlyKeys({"kind", "edition", "guard_factor"});
-  out->set_kind(Word<plant::v1::DecisionRuleKind>(rule.At("kind")));
-  out->set_edition(TextAt(rule, "edition"));
-  if (const auto factor = rule.Find("guard_factor")) out->set_guard_factor(factor->Number());
-}
-
 void ReadDatumSystem(const Field& system, plant::v1::DatumSystem* out) {
   system.OnlyKeys({"datum_system", "positioning", "region", "datums"});
   out->set_datum_system(system.At("datum_system").Text());
@@ -138,7 +131,7 @@ void ReadCharacteristic(const Field& one, plant::v1::Characteristic* out) {
   if (const auto word = one.Find("zone")) out->set_zone(Word<plant::v1::ToleranceZone>(*word));
   out->set_datum_system(TextAt(one, "datum_system"));
   if (const auto coverage = one.Find("least_coverage")) out->set_least_coverage(coverage->Number());
-  if (const auto rule = one.Find("decision_rule")) ReadRule(*rule, out->mutable_decision_rule());
+  if (const auto rule = one.Find("decision_rule")) ReadDecisionRule(*rule, out->mutable_decision_rule());
   out->set_gauge(TextAt(one, "gauge"));
   out->set_designed_tooling(TextAt(one, "designed_tooling"));
 }
@@ -175,6 +168,13 @@ void ReadList(const Field& root, const char* key, std::size_t most, const Read& 
 
 }  // namespace
 
+void ReadDecisionRule(const Field& rule, plant::v1::DecisionRule* out) {
+  rule.OnlyKeys({"kind", "edition", "guard_factor"});
+  out->set_kind(Word<plant::v1::DecisionRuleKind>(rule.At("kind")));
+  out->set_edition(TextAt(rule, "edition"));
+  if (const auto factor = rule.Find("guard_factor")) out->set_guard_factor(factor->Number());
+}
+
 absl::StatusOr<plant::v1::CreateDrawingRequest> LoadDrawing(const std::string& path) {
   const absl::StatusOr<nlohmann::json> document = LoadDocument(path);
   if (!document.ok()) return document.status();
@@ -187,7 +187,7 @@ absl::StatusOr<plant::v1::CreateDrawingRequest> LoadDrawing(const std::string& p
   request.set_drawing_id(root.At("id").Id());
   plant::v1::Drawing& drawing = *request.mutable_drawing();
   ReadTitle(root, &drawing);
-  ReadRule(root.At("decision_rule"), drawing.mutable_decision_rule());
+  ReadDecisionRule(root.At("decision_rule"), drawing.mutable_decision_rule());
   ReadList(root, "datum_systems", kMostRevisions, ReadDatumSystem, drawing.mutable_datum_systems());
   ReadList(root, "sections", kMostRevisions, ReadSection, drawing.mutable_sections());
   ReadList(root, "regions", kMostPlaces, ReadRegion, drawing.mutable_regions());

@@ -22,7 +22,8 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades",
-       {"plan", "register", "registration", "correct", "correction", "inspect", "inspection", "deviation", "section"}},
+       {"plan", "register", "registration", "correct", "correction", "inspect", "inspection", "deviation", "section",
+        "assess", "assessment"}},
       {"Record", {"recall", "trace", "values", "export", "efficacy", "replay", "rejudge", "ledger"}},
       {"Watching", {"open", "fleet", "events", "webhook"}},
       {"Besides", {"plant", "call", "completion"}},
@@ -157,6 +158,12 @@ constexpr Example kExamples[] = {
      "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --heights 320,330,340\n"
      "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --planes sections.yaml --reference 'root'"},
     {"section outlines", "sixpoint section outlines 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.csv"},
+    {"assess",
+     "sixpoint assess --blade SN-1 --drawing vane-7 --scans sn1_pins_1,sn1_pins_2\n"
+     "sixpoint assess --blade SN-1 --drawing vane-7 --scans sn1_cast --before-machining\n"
+     "sixpoint assess --blade SN-1 --drawing vane-7@2 --results inspections/018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e"},
+    {"assessment plan", "sixpoint assessment plan vane-7 --before-machining"},
+    {"assessment list", "sixpoint assessment list --blade SN-1"},
     {"deviation points", "sixpoint deviation points 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.ply"},
     {"export",
      "sixpoint export qif SN-1\n"

@@ -2,6 +2,7 @@
 #include "cli/commands.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
+#include "sixpoint/inspection/v1/assessment.grpc.pb.h"
 #include "sixpoint/inspection/v1/deviation.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
 #include "sixpoint/inspection/v1/section.grpc.pb.h"
@@ -11,6 +12,9 @@ namespace sixpoint::cli {
 namespace {
 
 using replay::v1::Replay;
+
+constexpr char kReplayed[] =
+    "registrations/ID, corrections/ID, inspections/ID, deviations/ID, sections/ID or assessments/ID";
 
 // "SAME_BITS", "SOFTWARE": the enums' names without their prefixes.
 std::string OutcomeText(replay::v1::ReplayOutcome outcome) {
@@ -64,8 +68,10 @@ absl::StatusOr<Replay> ReplayOf(Session* session, const std::string& name) {
   if (collection == "sections")
     return ReplayBy<inspection::v1::SectionService>(
         session, "inspection", &inspection::v1::SectionService::Stub::ReplaySectionMeasurement, name);
-  return runtime::Refuse("NAME", name,
-                         "registrations/ID, corrections/ID, inspections/ID, deviations/ID or sections/ID");
+  if (collection == "assessments")
+    return ReplayBy<inspection::v1::AssessmentService>(
+        session, "inspection", &inspection::v1::AssessmentService::Stub::ReplayAssessment, name);
+  return runtime::Refuse("NAME", name, kReplayed);
 }
 
 }  // namespace
@@ -74,9 +80,7 @@ void AddReplayCommand(Command* app, Session* session) {
   const auto name = std::make_shared<std::string>();
   Command* replay =
       app->AddCommand("replay", "Computes a recorded result again from what it was computed from; 4: it differs");
-  replay
-      ->AddOption("NAME", name.get(), "registrations/ID, corrections/ID, inspections/ID, deviations/ID or sections/ID")
-      ->Required();
+  replay->AddOption("NAME", name.get(), kReplayed)->Required();
   session->OnCommand(replay, [session, name]() -> absl::Status {
     const absl::StatusOr<Replay> answer = ReplayOf(session, *name);
     if (!answer.ok()) return answer.status();

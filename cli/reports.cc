@@ -7,6 +7,7 @@
 #include "cli/calibrate_probe.h"
 #include "cli/number_format.h"
 #include "cli/output.h"
+#include "refusal/message_text.h"
 
 namespace sixpoint::cli {
 namespace {
@@ -321,6 +322,13 @@ std::string InspectionText(const inspection::v1::Inspection& inspection) {
          positioned + "\n" + "deviation from CAD: " + Fixed(deviation.minimum_um(), 1) + " to " +
          Fixed(deviation.maximum_um(), 1) + " um, rms " + Fixed(deviation.rms_um(), 2) + " um over " +
          Grouped(deviation.point_count()) + " points (" + Grouped(deviation.excluded_count()) + " set aside)\n";
+}
+
+std::string RuleText(const plant::v1::DecisionRule& rule) {
+  std::string text = EnumText(DecisionRuleKind_Name(rule.kind()), "DECISION_RULE_KIND_");
+  if (rule.kind() == plant::v1::DECISION_RULE_KIND_ISO_14253_1) text = "ISO 14253-1:" + rule.edition();
+  if (rule.has_guard_factor()) text += " " + NumberText(rule.guard_factor());
+  return text;
 }
 
 }  // namespace sixpoint::cli

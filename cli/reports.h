@@ -7,6 +7,7 @@
 #include "sixpoint/calibration/v1/calibration.pb.h"
 #include "sixpoint/correction/v1/correction.pb.h"
 #include "sixpoint/inspection/v1/inspection.pb.h"
+#include "sixpoint/plant/v1/drawing.pb.h"
 #include "sixpoint/registration/v1/registration.pb.h"
 
 namespace sixpoint::cli {
@@ -37,5 +38,7 @@ std::string InspectionText(const inspection::v1::Inspection& inspection);
 std::string MethodText(registration::v1::Method method);
 std::string OutcomeName(registration::v1::Outcome outcome);
 std::string VerdictName(inspection::v1::Verdict verdict);
+// "ISO 14253-1:2017", "GUARD_FACTOR 0.5".
+std::string RuleText(const plant::v1::DecisionRule& rule);
 
 }  // namespace sixpoint::cli
