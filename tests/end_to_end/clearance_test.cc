@@ -96,8 +96,10 @@ class ClearanceTest : public Door {
     open_ = PutCustomersPart(database(), "overt", false, calibrations_);
     PutMachiningModel(database(), &kappa_);
     PutMachiningModel(database(), &sigma_);
-    PutDrawing(database(), &kappa_);
-    PutDrawing(database(), &sigma_);
+    for (CustomersPart* const part : {&kappa_, &sigma_}) {
+      PutDrawing(database(), part);
+      PutAssessment(database(), part);
+    }
   }
   storage::Database* database() { return database_.database(); }
 
@@ -193,11 +195,27 @@ TEST_F(ClearanceTest, NothingOfAHiddenPartComesOutOfAnyMethodToAnybody) {
     EXPECT_EQ(cleared.refused, 0) << cleared.Text();
     // A test that finds nothing where all is seen would look for the wrong thing.
     EXPECT_GT(cleared.leaks, 0);
-    for (const char* method :
-         {"ListParts", "ListBlades", "GetPart", "GetBlade", "GetScan", "ListScans", "ListRegistrations",
-          "GetRegistration", "ListCorrections", "GetCorrection", "ListInspections", "GetInspection",
-          "ListDeviationMaps", "GetDeviationMap", "ListSectionMeasurements", "GetSectionMeasurement",
-          "ListMachiningModels", "GetMachiningModel"})
+    for (const char* method : {"ListParts",
+                               "ListBlades",
+                               "GetPart",
+                               "GetBlade",
+                               "GetScan",
+                               "ListScans",
+                               "ListRegistrations",
+                               "GetRegistration",
+                               "ListCorrections",
+                               "GetCorrection",
+                               "ListInspections",
+                               "GetInspection",
+                               "ListDeviationMaps",
+                               "GetDeviationMap",
+                               "ListSectionMeasurements",
+                               "GetSectionMeasurement",
+                               "ListMachiningModels",
+                               "GetMachiningModel",
+                               "ListAssessments",
+                               "GetAssessment",
+                               "PlanAssessment"})
       EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     if (by.role != access::v1::ROLE_MACHINE) {
       for (const char* method :

@@ -30,6 +30,23 @@ class ReplayTest : public ::testing::Test {
     json said;
   };
 
+  // Of what the map and the sections have.
+  static std::string DrawingOf(const json& registration) {
+    return "id: replayed\npart: " + registration.at("part").get<std::string>().substr(6) + "\npart_revisions: [" +
+           registration.at("part_revision").dump() + R"(]
+drawing_number: "1"
+drawing_revision: A
+part_number: "1"
+part_name: demo blade
+decision_rule: {kind: iso-14253-1, edition: "2017"}
+sections: [{section: "z 15", height_mm: 15, half_width_mm: 0.1}]
+characteristics:
+  - {characteristic: "1", name: form, requirement: "profile 0.8", reference_location: "1", class: major,
+     quantity: profile-form, unit: mm, zone: half-width, upper_limit: 0.4, decision_rule: {kind: iso-14253-1, edition: "2013"}}
+  - {characteristic: "2", name: chord, requirement: "20 to 40", reference_location: "1", class: major,
+     quantity: section-chord, algorithm: caliper, section: "z 15", unit: mm, lower_limit: 1, upper_limit: 100}
+)";
+  }
   void SetUp() override {
     for (const std::string& area : PlantProcesses::Areas())
       ASSERT_TRUE(plant_.WaitUntilUp(area, 30)) << area << "\n" << plant_.Logs();
@@ -39,12 +56,22 @@ class ReplayTest : public ::testing::Test {
     ASSERT_GE(demo.Wait(200), 0) << ReadFile(plant_.folder() + "/demo.log");
     const Answer registered = Run({"registration", "list", "--json"});
     const std::string newest = registered.said.at(0).at("name").get<std::string>();
-    const Answer mapped = Run({"deviation", "map", newest, "--profile", "-0.4,0.4", "--json"});
+    const Answer mapped = Run({"deviation", "map", newest, "--profile", "-0.4,0.4", "--form", "--json"});
     ASSERT_EQ(mapped.exit_code, 0) << mapped.said.dump(1);
     const Answer cut = Run({"section", "measure", newest, "--heights", "15,22,30", "--json"});
     ASSERT_EQ(cut.exit_code, 0) << cut.said.dump(1);
     EXPECT_TRUE(cut.said.at("sections").at(1).value("reason", "").empty()) << cut.said.dump(1);
-    for (const char* noun : {"registration", "correction", "inspection", "deviation", "section"}) {
+    const std::string drawing = plant_.folder() + "/drawing.yaml";
+    std::ofstream(drawing) << DrawingOf(registered.said.at(0));
+    ASSERT_EQ(Run({"drawing", "add", drawing, "--json"}).exit_code, 0);
+    const std::string inspected = Run({"inspection", "list", "--json"}).said.at(0).at("name");
+    const std::string serial = mapped.said.at("blade").get<std::string>().substr(7);
+    const Answer assessed =
+        Run({"assess", "--blade", serial, "--drawing", "replayed", "--results",
+             mapped.said.at("name").get<std::string>() + "," + cut.said.at("name").get<std::string>() + "," + inspected,
+             "--json"});
+    ASSERT_EQ(assessed.exit_code, 0) << assessed.said.dump(1);
+    for (const char* noun : {"registration", "correction", "inspection", "deviation", "section", "assessment"}) {
       std::vector<std::string> of_noun;
       for (const json& one : Run({noun, "list", "--json"}).said) of_noun.push_back(one["name"]);
       ASSERT_THAT(of_noun, Not(IsEmpty())) << noun;

@@ -151,7 +151,10 @@ class ReadModelsTest : public ::testing::Test {
   }
   // Of a part that everybody sees, too.
   static void PutDrawings() {
-    for (auto* const part : {&acme_, &zeta_}) sixpoint::testing::PutDrawing(plant_->database(), part);
+    for (auto* const part : {&acme_, &zeta_}) {
+      sixpoint::testing::PutDrawing(plant_->database(), part);
+      sixpoint::testing::PutAssessment(plant_->database(), part);
+    }
     auto transaction = plant_->database()->Begin(Soon());
     const auto seeded = transaction->Execute("SELECT part_id FROM parts WHERE part_id LIKE 'SEED-%' LIMIT 1");
     ASSERT_TRUE(seeded.ok() && seeded->count() == 1) << seeded.status();

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "storage/assessments.h"
 #include "storage/blobs.h"
 #include "storage/calibrations.h"
 #include "storage/clearances.h"
@@ -261,6 +262,56 @@ std::string PutDrawingOf(storage::Transaction& transaction, const std::string& p
 void PutDrawing(storage::Database* database, CustomersPart* part) {
   Decided(database, [&](storage::Transaction& transaction) {
     part->drawing = PutDrawingOf(transaction, IdOf(part->part), part->word + "-drawing");
+  });
+}
+
+std::string PutAssessmentOf(storage::Transaction& transaction, const std::string& part_id,
+                            const std::string& blade_serial, const std::string& drawing, const std::string& deviation,
+                            const std::string& word) {
+  storage::AssessmentRow row;
+  row.assessment_id = storage::NewUuid();
+  row.blade_serial = blade_serial;
+  row.machine_id = "m1";
+  row.machine_revision = 1;
+  row.part_id = part_id;
+  row.part_revision = 1;
+  row.drawing_id = IdOf(drawing);
+  row.drawing_revision = 1;
+  row.stage = "BEFORE_MACHINING";
+  row.verdict = "NOT_CONFORM";
+  row.fate = "DISCARD";
+  row.fate_reason = "profile of " + word;
+  row.requested_by = "users/maker";
+  row.software_version = "test";
+  row.computed_on = "x86-64";
+  row.results = {deviation};
+  storage::CharacteristicFindingRow profile;
+  profile.characteristic = "1";
+  profile.name = "profile of " + word;
+  profile.characteristic_class = "CRITICAL";
+  profile.quantity = "PROFILE_FORM";
+  profile.unit = "MM";
+  profile.lower_limit = -0.05;
+  profile.upper_limit = 0.05;
+  profile.value = 0.1;
+  profile.expanded_uncertainty = 0.01;
+  profile.verdict = "NOT_CONFORM";
+  profile.rule = {"GUARD_FACTOR", "", 0.5};
+  profile.result_index = 0;
+  profile.method = "BEST_FIT";
+  profile.cure = "NONE";
+  profile.others = {{0, "BEST_FIT", 0.1, std::nullopt}};
+  row.findings = {profile};
+  row.conflicts = {{"1", 0, 0, 100, 10, {}, true, 1}};
+  const std::string name = "assessments/" + row.assessment_id;
+  Must(storage::InsertAssessment(transaction, row, EntryOfM1(name, {deviation, drawing + "@1"}, blade_serial)));
+  return name;
+}
+
+void PutAssessment(storage::Database* database, CustomersPart* part) {
+  Decided(database, [&](storage::Transaction& transaction) {
+    part->assessment =
+        PutAssessmentOf(transaction, IdOf(part->part), IdOf(part->blade), part->drawing, part->deviation, part->word);
   });
 }
 

@@ -13,12 +13,14 @@ struct CustomersPart {
   std::string word, part, blade, scan, registration, correction, inspection, deviation, sections, study, deletion;
   std::string machining_model;  // by PutMachiningModel alone
   std::string drawing;          // by PutDrawing alone
+  std::string assessment;       // by PutAssessment alone
 
   std::vector<std::string> names() const {
     std::vector<std::string> all = {part,       blade,     scan,     registration, correction,
                                     inspection, deviation, sections, study,        deletion};
     if (!machining_model.empty()) all.push_back(machining_model);
     if (!drawing.empty()) all.push_back(drawing);
+    if (!assessment.empty()) all.push_back(assessment);
     return all;
   }
 };
@@ -46,6 +48,12 @@ std::string PutDeviation(storage::Transaction& transaction, const std::string& p
 std::string PutSections(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
                         const std::string& registration, const std::string& section,
                         const MachinesCalibrations& calibrations);
+// Of its blade by the first revision of its drawing, which must be there; a blank whose profile no motion cures.
+void PutAssessment(storage::Database* database, CustomersPart* part);
+// The same of any; one finding of each of everything that it consists of. Gives its name.
+std::string PutAssessmentOf(storage::Transaction& transaction, const std::string& part_id,
+                            const std::string& blade_serial, const std::string& drawing, const std::string& deviation,
+                            const std::string& word);
 // So many more registrations of its blade.
 void PutRegistrations(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
                       const MachinesCalibrations& calibrations, int count);
