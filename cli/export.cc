@@ -16,7 +16,7 @@ using inspection::v1::ExportService;
 
 struct Arguments {
   std::string format, blade, part, machine, calibration, verdict, since, until, folder = ".";
-  bool only_newest = false;
+  bool only_newest = false, assessments = false;
 };
 
 // What comes from elsewhere names no folder, and nothing that is hidden.
@@ -45,6 +45,7 @@ absl::StatusOr<inspection::v1::ExportResultsRequest> RequestOf(const Arguments& 
   if (!recorded.ok()) return recorded.status();
   *request.mutable_recorded() = *recorded;
   request.set_only_newest(arguments.only_newest);
+  request.set_assessments(arguments.assessments);
   return request;
 }
 
@@ -107,6 +108,8 @@ void AddExportCommand(Command* app, Session* session) {
   command->AddOption("--since", &arguments->since, "Only what was recorded from then on");
   command->AddOption("--until", &arguments->until, "Only what was recorded before then");
   command->AddFlag("--only-newest", &arguments->only_newest, "Of each blade the newest results alone");
+  command->AddFlag("--assessments", &arguments->assessments,
+                   "Assessments, by their drawings' balloon numbers, instead of inspections and maps");
   command->AddOption("--folder", &arguments->folder, "Where the files go")->ShowDefault();
   session->OnCommand(command, [session, arguments] { return Export(session, *arguments); });
 }

@@ -29,9 +29,10 @@ absl::Status CheckCharacteristic(const std::string& at, const Characteristic& c)
   if (c.name.empty() || Trimmed(c.name) != c.name)
     refusals.Add(Refuse(at + "name", c.name, "a name without blanks before or after it"));
   refusals.Add(CheckText(at + "name", c.name));
-  const bool fits = c.unit == "mm" ? c.kind != Kind::kInclination
-                                   : c.unit == "deg" && (c.kind == Kind::kInclination || c.kind == Kind::kOther);
-  if (!fits) refusals.Add(Refuse(at + "unit", c.unit, c.kind == Kind::kInclination ? "deg" : "mm"));
+  const bool angle = c.kind == Kind::kInclination || c.kind == Kind::kAngle, ratio = c.kind == Kind::kRatio;
+  const std::string wanted = angle ? "deg" : ratio ? "1" : "mm";
+  if (c.unit != wanted && !(c.kind == Kind::kOther && c.unit == "deg"))
+    refusals.Add(Refuse(at + "unit", c.unit, wanted));
   refusals.Add(CheckNumber(at + "nominal", c.nominal));
   refusals.Add(CheckNumber(at + "lower", c.lower)).Add(CheckNumber(at + "upper", c.upper));
   return refusals.status();

@@ -21,10 +21,13 @@ struct Characteristic {
     kInclination,  // angle of a hole's axis with its nominal axis, deg
     kProfile,      // greatest distance of a surface from nominal, mm; `upper` is half the zone's width
     kOther,        // what other systems measure: read, and written nowhere but to CSV and AQDEF
+    kLength,       // what a drawing asks in mm beside those: a displacement, a diameter, a chord
+    kAngle,        // in deg: stagger, twist
+    kRatio,        // of lengths, without a unit: P/D
   };
   std::string name;  // "G1/H1/position", "G1/H1/inclination", a drawing's number for a profile; each once in a part
   Kind kind = Kind::kPosition;
-  std::string unit;  // "mm" or "deg": of nominal, limits, value and uncertainty
+  std::string unit;  // "mm", "deg", or "1" of a ratio: of nominal, limits, value and uncertainty
   double nominal = 0;
   std::optional<double> lower, upper;  // none: there is no limit on that side
 };
@@ -40,7 +43,7 @@ struct MeasuredValue {
 };
 
 struct InspectedPart {
-  std::string result;  // "inspections/UUID" or "deviations/UUID"
+  std::string result;  // "inspections/UUID", "deviations/UUID" or "assessments/UUID"
   std::string serial, part;
   int part_revision = 0;
   std::string machine;

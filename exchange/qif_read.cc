@@ -241,18 +241,25 @@ class Reader {
     const std::string element(name.substr(0, name.size() - kMeasurement.size()));
     const bool angular =
         element.rfind("Angle", 0) == 0 || element == "AngularCoordinate" || element == "UserDefinedAngular";
-    for (const char* other : {"Mass", "Force", "Pressure", "Temperature", "Time", "Speed", "Area", "UserDefinedUnit",
+    for (const char* other : {"Mass", "Force", "Pressure", "Temperature", "Time", "Speed", "Area",
                               "UserDefinedAttribute", "SurfaceTexture", "Curvature"})
       if (element == other) return Refuse("name", element, "a length or an angle");
-    const Unit& unit = angular ? angular_ : linear_;
+    // Of ours alone: what another means by a unit of its own is not known.
+    static const Unit kNone{1.0, qif::kRatioUnit};
+    const bool ratio = element == "UserDefinedUnit";
+    if (ratio && std::string(node.child("Value").attribute("unitName").value()) != qif::kRatioUnit &&
+        node.child("Value"))
+      return Refuse("Value.unitName", node.child("Value").attribute("unitName").value(), qif::kRatioUnit);
+    const Unit& unit = ratio ? kNone : angular ? angular_ : linear_;
     if (!unit.scale)
       return Refuse(angular ? "FileUnits.AngularUnit" : "FileUnits.LinearUnit", "", "the unit of the file's values");
     Characteristic c;
-    c.unit = angular ? "deg" : "mm";
+    c.unit = ratio ? "1" : angular ? "deg" : "mm";
     const bool zone = element == "Position" || element == "SurfaceProfile";
     c.kind = element == "Position"             ? Kind::kPosition
              : element == "SurfaceProfile"     ? Kind::kProfile
              : element == "UserDefinedAngular" ? Kind::kInclination
+             : ratio                           ? Kind::kRatio
                                                : Kind::kOther;
     if (const absl::Status status = ReadCharacteristic(item_id, *unit.scale, zone, &c); !status.ok()) return status;
     MeasuredValue value;
@@ -284,6 +291,7 @@ class Reader {
     if (!target.ok()) return target.status();
     if (!zone) c->nominal = scale * target->value_or(0);
     if (const auto kind = KindNamed(Ours(definition, qif::kKind))) c->kind = *kind;
+    if (c->unit == "1") return ReadLimits(nominal, scale, c);
     return zone ? ReadZone(definition, scale, c) : ReadLimits(definition, scale, c);
   }
 
@@ -298,7 +306,7 @@ class Reader {
   }
 
   absl::Status ReadLimits(pugi::xml_node definition, double scale, Characteristic* c) {
-    const pugi::xml_node tolerance = definition.child("Tolerance");
+    const pugi::xml_node tolerance = c->unit == "1" ? definition : definition.child("Tolerance");
     if (!tolerance) {
       // Form and orientation have the width of a zone, which their value has, too.
       const auto width = OptionalNumber("ToleranceValue", TextAt(definition, "ToleranceValue"));

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -37,10 +38,15 @@ std::string Text(std::size_t number) { return std::to_string(number); }
 XmlWriter::Attributes Id(std::size_t id) { return {{"id", Text(id)}}; }
 XmlWriter::Attributes Count(std::size_t count) { return {{"n", Text(count)}}; }
 
+// Without a length's or an angle's unit: its limits stand with its nominal, and each number names the unit.
+constexpr std::string_view kRatioElement = "UserDefinedUnit";
+
 // What element a characteristic is. A zone about nominal can be told of by position and profile alone; with other limits, or none, they are
 // a length that a text explains.
 std::string_view ElementOf(const Characteristic& c) {
-  if (c.kind == Kind::kInclination) return "UserDefinedAngular";
+  if (c.kind == Kind::kInclination || c.kind == Kind::kAngle) return "UserDefinedAngular";
+  if (c.kind == Kind::kLength) return "UserDefinedLinear";
+  if (c.kind == Kind::kRatio) return kRatioElement;
   const bool about_nominal = c.nominal == 0 && c.upper && *c.upper >= 0;
   const double least = c.kind == Kind::kPosition ? 0 : -c.upper.value_or(0);
   if (!about_nominal || (c.lower && *c.lower != least)) return "UserDefinedLinear";
@@ -54,8 +60,10 @@ std::string WhatToMeasure(Kind kind) {
       return "distance of the hole's start from its nominal start";
     case Kind::kInclination:
       return "angle of the hole's axis with its nominal axis";
-    default:
+    case Kind::kProfile:
       return "greatest distance of the surface from nominal";
+    default:
+      return "as the drawing's characteristic of this number says";
   }
 }
 
@@ -72,11 +80,17 @@ void WriteUnit(XmlWriter& xml, std::string_view element, std::string_view si, st
   xml.Open("UnitConversion").Element("Factor", factor).Close().Close();
 }
 
-void WriteUnits(XmlWriter& xml) {
+void WriteUnits(XmlWriter& xml, const InspectedPart& part) {
   xml.Open("FileUnits").Open("PrimaryUnits");
   WriteUnit(xml, "AngularUnit", "radian", "degree", "0.017453292519943295");
   WriteUnit(xml, "LinearUnit", "meter", "mm", "0.001");
-  xml.Close().Close();
+  xml.Close();
+  const auto is_ratio = [](const Characteristic& c) { return c.kind == Kind::kRatio; };
+  if (std::any_of(part.characteristics.begin(), part.characteristics.end(), is_ratio)) {
+    xml.Open("UserDefinedUnits", Count(1)).Open("UserDefinedUnit");
+    xml.Element("WhatIsMeasured", "ratio of two lengths").Element("UnitName", qif::kRatioUnit).Close().Close();
+  }
+  xml.Close();
 }
 
 void WriteStandard(XmlWriter& xml) {
@@ -106,25 +120,37 @@ void WriteDefinition(XmlWriter& xml, const Characteristic& c, std::size_t i) {
   const std::string_view element = ElementOf(c);
   xml.Open(std::string(element) + "CharacteristicDefinition", Id(Ids::Definition(i)));
   Named ours;
-  if (element == "UserDefinedLinear") ours.emplace_back(qif::kKind, KindName(c.kind));
+  if (element == "UserDefinedLinear" || c.kind == Kind::kAngle || c.kind == Kind::kRatio)
+    ours.emplace_back(qif::kKind, KindName(c.kind));
   if (IsZone(element) && c.lower) ours.emplace_back(qif::kLower, DecimalText(*c.lower));
   WriteAttributes(xml, ours);
   if (IsZone(element)) {
     xml.Element("ToleranceValue", DecimalText(2 * *c.upper));
     if (element == "Position")
       xml.Element("MaterialCondition", "NONE").Open("ZoneShape").Empty("DiametricalZone").Close();
-  } else {
+  } else if (element != kRatioElement) {
     WriteTolerance(xml, c);
     xml.Element("WhatToMeasure", WhatToMeasure(c.kind));
   }
   xml.Close();
 }
 
+void WriteRatioNominal(XmlWriter& xml, const Characteristic& c) {
+  const XmlWriter::Attributes unit = {{"unitName", qif::kRatioUnit}};
+  xml.Element("TargetValue", DecimalText(c.nominal), unit);
+  if (c.upper) xml.Element("MaxValue", DecimalText(*c.upper), unit);
+  if (c.lower) xml.Element("MinValue", DecimalText(*c.lower), unit);
+  xml.Element("DefinedAsLimit", "true");
+}
+
 void WriteNominal(XmlWriter& xml, const Characteristic& c, std::size_t i) {
   const std::string_view element = ElementOf(c);
   xml.Open(std::string(element) + "CharacteristicNominal", Id(Ids::Nominal(i)));
   xml.Element("CharacteristicDefinitionId", Text(Ids::Definition(i)));
-  if (!IsZone(element)) xml.Element("TargetValue", DecimalText(c.nominal));
+  if (element == kRatioElement)
+    WriteRatioNominal(xml, c);
+  else if (!IsZone(element))
+    xml.Element("TargetValue", DecimalText(c.nominal));
   xml.Close();
 }
 
@@ -187,10 +213,11 @@ void WriteTraceability(XmlWriter& xml, const InspectedPart& part, const Ids& ids
 
 void WriteValue(XmlWriter& xml, std::string_view element, const MeasuredValue& v) {
   const double scale = IsZone(element) ? 2 : 1;
-  XmlWriter::Attributes uncertainty;
+  XmlWriter::Attributes attributes;
   if (v.expanded_uncertainty)
-    uncertainty = {{"combinedUncertainty", DecimalText(scale * *v.expanded_uncertainty / 2)}, {"meanError", "0"}};
-  xml.Element("Value", DecimalText(scale * *v.value), uncertainty);
+    attributes = {{"combinedUncertainty", DecimalText(scale * *v.expanded_uncertainty / 2)}, {"meanError", "0"}};
+  if (element == kRatioElement) attributes.emplace_back("unitName", qif::kRatioUnit);
+  xml.Element("Value", DecimalText(scale * *v.value), attributes);
   if (element != "SurfaceProfile") return;
   if (v.worst_positive) xml.Element("WorstPositiveDeviation", DecimalText(*v.worst_positive));
   if (v.worst_negative) xml.Element("WorstNegativeDeviation", DecimalText(*v.worst_negative));
@@ -248,7 +275,9 @@ absl::Status CheckForQif(const InspectedPart& part) {
   if (part.characteristics.empty()) return Refuse("characteristics", "", "one or more");
   for (std::size_t i = 0; i < part.characteristics.size(); ++i)
     if (part.characteristics[i].kind == Kind::kOther)
-      return Refuse("characteristics[" + Text(i) + "].kind", "other", "position, inclination or profile");
+      return Refuse("characteristics[" + Text(i) + "].kind", "other", "what Sixpoint measures");
+    else if (const Characteristic& c = part.characteristics[i]; c.kind == Kind::kRatio && !c.lower && !c.upper)
+      return Refuse("characteristics[" + Text(i) + "].upper", "", "a limit, of a ratio");
   return absl::OkStatus();
 }
 
@@ -259,7 +288,7 @@ absl::StatusOr<std::string> QifPlanOf(const InspectedPart& part) {
   XmlWriter xml;
   OpenDocument(xml, Ids{part.characteristics.size()}.last_of_plan(), QifPlanId(part));
   WriteStandard(xml);
-  WriteUnits(xml);
+  WriteUnits(xml, part);
   WriteProduct(xml, part);
   WriteCharacteristics(xml, part);
   xml.Open("Plan").Open("UnorderedPlanRoot").Open("Steps", Count(1)).Empty("MeasureEvaluateAll");
@@ -269,7 +298,8 @@ absl::StatusOr<std::string> QifPlanOf(const InspectedPart& part) {
 
 absl::StatusOr<std::string> ToQif(const InspectedPart& part) {
   if (const absl::Status status = CheckForQif(part); !status.ok()) return status;
-  if (!UuidOf(part.result)) return Refuse("result", part.result, "inspections/UUID or deviations/UUID");
+  if (!UuidOf(part.result))
+    return Refuse("result", part.result, "inspections/UUID, deviations/UUID or assessments/UUID");
   const Ids ids{part.characteristics.size()};
   XmlWriter xml;
   OpenDocument(xml, ids.last(), QifDocumentId(part.result));
@@ -284,7 +314,7 @@ absl::StatusOr<std::string> ToQif(const InspectedPart& part) {
   xml.Open("SoftwareDefinitions", Count(1)).Open("Software", Id(ids.software()));
   xml.Element("VendorName", "Sixpoint").Element("ApplicationName", "Sixpoint");
   xml.ElementUnlessEmpty("Version", part.software_version).Close().Close();
-  WriteUnits(xml);
+  WriteUnits(xml, part);
   WriteResources(xml, part, ids);
   WriteProduct(xml, part);
   WriteCharacteristics(xml, part);

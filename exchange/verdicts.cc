@@ -1,5 +1,7 @@
 #include "exchange/verdicts.h"
 
+#include <iterator>
+
 namespace sixpoint::exchange {
 namespace {
 
@@ -15,7 +17,7 @@ constexpr Row kRows[] = {
     {Verdict::kNotMeasured, "NOT_MEASURED", "NOT_ANALYZED", "NOT_MEASURED", 0},
 };
 constexpr std::string_view kRework = "REWORK";
-constexpr std::string_view kKinds[] = {"position", "inclination", "profile", "other"};
+constexpr std::string_view kKinds[] = {"position", "inclination", "profile", "other", "length", "angle", "ratio"};
 
 const Row& RowOf(Verdict verdict) { return kRows[static_cast<int>(verdict)]; }
 
@@ -46,7 +48,7 @@ std::optional<Verdict> VerdictOfOpcUaResultEvaluation(int evaluation) { return F
 
 std::string_view KindName(Characteristic::Kind kind) { return kKinds[static_cast<int>(kind)]; }
 std::optional<Characteristic::Kind> KindNamed(std::string_view name) {
-  for (int i = 0; i < 4; ++i)
+  for (std::size_t i = 0; i < std::size(kKinds); ++i)
     if (kKinds[i] == name) return static_cast<Characteristic::Kind>(i);
   return std::nullopt;
 }

@@ -43,7 +43,9 @@ class Machines {
  public:
   Machines(const Peers& peers, const runtime::Caller& caller) : peers_(peers), caller_(caller) {}
 
+  // Null where there is none.
   absl::StatusOr<const plant::v1::Machine*> Of(const std::string& id, int revision) {
+    if (id.empty()) return nullptr;
     const auto known = known_.find({id, revision});
     if (known != known_.end()) return &known->second;
     auto machine = peers_.plant.GetMachine(runtime::NameOf("machines", id), revision, caller_.make_context());
@@ -58,6 +60,9 @@ class Machines {
 };
 
 InspectedPart PartOf(const storage::InspectionRow& row, const plant::v1::Machine* machine) {
+  return Exported(row, machine);
+}
+InspectedPart PartOf(const storage::AssessmentRow& row, const plant::v1::Machine* machine) {
   return Exported(row, machine);
 }
 std::optional<InspectedPart> PartOf(const storage::DeviationMapRow& row, const plant::v1::Machine* machine) {
@@ -180,9 +185,11 @@ absl::StatusOr<Filter> FilterOf(const v1::ExportResultsRequest& request, const g
 }  // namespace
 
 ExportService::ExportService(std::shared_ptr<storage::InspectionStore> inspections,
-                             std::shared_ptr<storage::DeviationStore> deviations, std::shared_ptr<const Peers> peers)
+                             std::shared_ptr<storage::DeviationStore> deviations,
+                             std::shared_ptr<storage::AssessmentStore> assessments, std::shared_ptr<const Peers> peers)
     : inspections_(std::move(inspections)),
       deviations_(std::move(deviations)),
+      assessments_(std::move(assessments)),
       peers_(std::move(peers)),
       running_({2, 32}, "exports", errors::v1::DOWNLOADS_FULL) {}
 
@@ -195,6 +202,8 @@ grpc::Status ExportService::ExportResults(grpc::ServerContext* context, const v1
   if (!of_inspections.ok()) return ToGrpc(of_inspections.status());
   const auto of_maps = FilterOf<storage::DeviationFilter>(*request, *context);
   if (!of_maps.ok()) return ToGrpc(of_maps.status());
+  const auto of_assessments = FilterOf<storage::AssessmentFilter>(*request, *context);
+  if (!of_assessments.ok()) return ToGrpc(of_assessments.status());
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
@@ -206,10 +215,14 @@ grpc::Status ExportService::ExportResults(grpc::ServerContext* context, const v1
   Machines machines(*peers_, caller);
   const storage::ResultReader<storage::InspectionRow, storage::InspectionFilter>& inspections = *inspections_;
   const storage::ResultReader<storage::DeviationMapRow, storage::DeviationFilter>& maps = *deviations_;
+  const storage::ResultReader<storage::AssessmentRow, storage::AssessmentFilter>& assessments = *assessments_;
   const bool only_newest = request->only_newest();
   absl::Status status = as_csv ? pieces.Write("results.csv", exchange::CsvHead()) : absl::OkStatus();
-  if (status.ok()) status = ForEach(inspections, *of_inspections, only_newest, caller, &machines, take);
-  if (status.ok()) status = ForEach(maps, *of_maps, only_newest, caller, &machines, take);
+  if (status.ok() && request->assessments())
+    status = ForEach(assessments, *of_assessments, only_newest, caller, &machines, take);
+  if (status.ok() && !request->assessments())
+    status = ForEach(inspections, *of_inspections, only_newest, caller, &machines, take);
+  if (status.ok() && !request->assessments()) status = ForEach(maps, *of_maps, only_newest, caller, &machines, take);
   if (status.ok() && as_aqdef) status = WriteAqdef(std::move(parts), &pieces);
   return ToGrpc(status);
 }

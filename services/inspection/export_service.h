@@ -6,6 +6,7 @@
 #include "services/inspection/peers.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/inspection/v1/export.grpc.pb.h"
+#include "storage/assessments.h"
 #include "storage/deviations.h"
 #include "storage/inspections.h"
 
@@ -14,7 +15,8 @@ namespace sixpoint::inspection {
 class ExportService final : public v1::ExportService::Service {
  public:
   ExportService(std::shared_ptr<storage::InspectionStore> inspections,
-                std::shared_ptr<storage::DeviationStore> deviations, std::shared_ptr<const Peers> peers);
+                std::shared_ptr<storage::DeviationStore> deviations,
+                std::shared_ptr<storage::AssessmentStore> assessments, std::shared_ptr<const Peers> peers);
 
   grpc::Status ExportResults(grpc::ServerContext* context, const v1::ExportResultsRequest* request,
                              grpc::ServerWriter<v1::ExportResultsResponse>* writer) override;
@@ -22,6 +24,7 @@ class ExportService final : public v1::ExportService::Service {
  private:
   const std::shared_ptr<storage::InspectionStore> inspections_;
   const std::shared_ptr<storage::DeviationStore> deviations_;
+  const std::shared_ptr<storage::AssessmentStore> assessments_;
   const std::shared_ptr<const Peers> peers_;
   runtime::ComputePool running_;
 };

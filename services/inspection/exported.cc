@@ -19,9 +19,9 @@ exchange::Verdict VerdictOfText(const std::string& text) {
   return exchange::Verdict::kNotMeasured;
 }
 
-// What inspections and deviation maps have in common.
+// What all results have in common.
 template <typename Row>
-exchange::InspectedPart Begun(const Row& row, const std::string& result, const plant::v1::Machine* machine) {
+exchange::InspectedPart Named(const Row& row, const std::string& result, const plant::v1::Machine* machine) {
   exchange::InspectedPart part;
   part.result = result;
   part.serial = row.blade_serial;
@@ -37,14 +37,21 @@ exchange::InspectedPart Begun(const Row& row, const std::string& result, const p
   part.operation = row.operation;
   part.requested_by = row.requested_by;
   part.software_version = row.software_version;
+  part.recorded_at = row.recorded.recorded_at;
+  part.verdict = VerdictOfText(row.verdict);
+  return part;
+}
+
+// What inspections and deviation maps have besides.
+template <typename Row>
+exchange::InspectedPart Begun(const Row& row, const std::string& result, const plant::v1::Machine* machine) {
+  exchange::InspectedPart part = Named(row, result, machine);
   part.decision_rule = row.decision_rule;
   part.method = row.method;
   part.registration = runtime::NameOf("registrations", row.registration_id);
   part.calibrations = {runtime::NameOf("calibrations", row.sensor_calibration_id),
                        runtime::NameOf("calibrations", row.rotation_calibration_id)};
   for (const std::string& scan : row.scan_ids) part.scans.push_back(runtime::NameOf("scans", scan));
-  part.recorded_at = row.recorded.recorded_at;
-  part.verdict = VerdictOfText(row.verdict);
   return part;
 }
 
@@ -53,7 +60,51 @@ void Add(Characteristic characteristic, MeasuredValue value, exchange::Inspected
   part->values.push_back(std::move(value));
 }
 
+Characteristic::Kind KindOf(const storage::CharacteristicFindingRow& finding) {
+  using Kind = Characteristic::Kind;
+  if (finding.unit == "RATIO") return Kind::kRatio;
+  if (finding.quantity == "HOLE_INCLINATION") return Kind::kInclination;
+  if (finding.unit == "DEG") return Kind::kAngle;
+  if (finding.quantity == "HOLE_POSITION") return Kind::kPosition;
+  return finding.quantity.rfind("PROFILE_", 0) == 0 ? Kind::kProfile : Kind::kLength;
+}
+
+void AddFinding(const storage::CharacteristicFindingRow& finding, exchange::InspectedPart* part) {
+  const double scale = finding.unit == "UM" ? 1e-3 : 1;
+  const auto scaled = [&](const std::optional<double>& number) {
+    return number ? std::optional<double>(scale * *number) : std::nullopt;
+  };
+  Characteristic characteristic;
+  characteristic.name = finding.characteristic + (finding.feature.empty() ? "" : "/" + finding.feature);
+  characteristic.kind = KindOf(finding);
+  characteristic.unit = finding.unit == "RATIO" ? "1" : finding.unit == "DEG" ? "deg" : "mm";
+  characteristic.nominal = scaled(finding.nominal).value_or(0);
+  characteristic.lower = scaled(finding.lower_limit);
+  characteristic.upper = scaled(finding.upper_limit);
+  MeasuredValue value;
+  value.verdict = VerdictOfText(finding.verdict);
+  value.reason = finding.reason;
+  // Of a surface that was not seen as far as was wanted, what was seen of it is no value of the tolerance.
+  if (value.verdict != exchange::Verdict::kNotMeasured) {
+    value.value = scaled(finding.value);
+    value.expanded_uncertainty = scaled(finding.expanded_uncertainty);
+    // As a zone about the CAD has it: the greatest distance.
+    const bool about_the_cad =
+        characteristic.lower && characteristic.upper && *characteristic.lower == -*characteristic.upper;
+    if (characteristic.kind == Characteristic::Kind::kProfile && about_the_cad) value.value = std::abs(*value.value);
+  }
+  Add(std::move(characteristic), std::move(value), part);
+}
+
 }  // namespace
+
+exchange::InspectedPart Exported(const storage::AssessmentRow& row, const plant::v1::Machine* machine) {
+  exchange::InspectedPart part = Named(row, runtime::NameOf("assessments", row.assessment_id), machine);
+  part.decision_rule =
+      "of each characteristic, by " + runtime::RevisedName("drawings", row.drawing_id, row.drawing_revision);
+  for (const storage::CharacteristicFindingRow& finding : row.findings) AddFinding(finding, &part);
+  return part;
+}
 
 exchange::InspectedPart Exported(const storage::InspectionRow& row, const plant::v1::Machine* machine) {
   exchange::InspectedPart part = Begun(row, runtime::NameOf("inspections", row.inspection_id), machine);

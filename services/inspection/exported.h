@@ -5,6 +5,7 @@
 
 #include "exchange/inspected_part.h"
 #include "sixpoint/plant/v1/machine.pb.h"
+#include "storage/assessments.h"
 #include "storage/deviations.h"
 #include "storage/inspections.h"
 
@@ -14,5 +15,7 @@ namespace sixpoint::inspection {
 exchange::InspectedPart Exported(const storage::InspectionRow& row, const plant::v1::Machine* machine);
 // Its profile tolerances; none: it has none.
 std::optional<exchange::InspectedPart> Exported(const storage::DeviationMapRow& row, const plant::v1::Machine* machine);
+// Each finding as "balloon" or "balloon/feature". Lengths in mm, whatever the drawing has them in.
+exchange::InspectedPart Exported(const storage::AssessmentRow& row, const plant::v1::Machine* machine);
 
 }  // namespace sixpoint::inspection

@@ -37,9 +37,9 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
                           AssessedStores{storage::InspectionsIn(database), storage::DeviationsIn(database),
                                          storage::SectionsIn(database)},
                           peers, compute_options)});
-  services.push_back(
-      {v1::ExportService::service_full_name(),
-       std::make_unique<ExportService>(storage::InspectionsIn(database), storage::DeviationsIn(database), peers)});
+  services.push_back({v1::ExportService::service_full_name(),
+                      std::make_unique<ExportService>(storage::InspectionsIn(database), storage::DeviationsIn(database),
+                                                      storage::AssessmentsIn(database), peers)});
   services.push_back(
       {v1::ValueService::service_full_name(), std::make_unique<ValueService>(storage::ValuesIn(database))});
   services.push_back(

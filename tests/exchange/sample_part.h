@@ -43,14 +43,21 @@ inline InspectedPart SamplePart(int characteristics, unsigned seed = 1) {
   using Kind = Characteristic::Kind;
   for (int i = 0; i < characteristics; ++i) {
     Characteristic c;
-    c.kind = static_cast<Kind>(i % 3);
-    c.unit = c.kind == Kind::kInclination ? "deg" : "mm";
+    constexpr Kind kKinds[] = {Kind::kPosition, Kind::kInclination, Kind::kProfile,
+                               Kind::kLength,   Kind::kAngle,       Kind::kRatio};
+    c.kind = kKinds[i % 6];
+    c.unit = c.kind == Kind::kInclination || c.kind == Kind::kAngle ? "deg" : c.kind == Kind::kRatio ? "1" : "mm";
     const std::string hole = "G1/H" + std::to_string(i);
     c.name = c.kind == Kind::kPosition      ? hole + "/position"
              : c.kind == Kind::kInclination ? hole + "/inclination"
                                             : "12." + std::to_string(i);
     c.upper = 0.1 + 0.001 * i;
     if (c.kind == Kind::kProfile) c.lower = -*c.upper;
+    if (i % 6 > 2) {
+      c.nominal = 0.05 + 0.1 * i;
+      c.lower = c.nominal - 0.01;
+      c.upper = c.nominal + 0.02;
+    }
     MeasuredValue v;
     v.verdict = static_cast<Verdict>(i % 4);
     if (v.verdict == Verdict::kNotMeasured) {

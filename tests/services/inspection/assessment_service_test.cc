@@ -5,8 +5,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "exchange/aqdef.h"
+#include "exchange/csv.h"
+#include "exchange/qif.h"
 #include "services/inspection/assessment_messages.h"
 #include "services/inspection/deviation_service.h"
+#include "services/inspection/export_service.h"
 #include "services/inspection/inspection_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
@@ -159,7 +163,10 @@ class AssessmentServiceTest : public ::testing::Test {
        storage::SectionsIn(plant_.database.database())},
       NewPeers(),
       {}};
-  testing::InProcessServer server_{{&inspections_, &maps_, &service_}};
+  inspection::ExportService exports_{storage::InspectionsIn(plant_.database.database()),
+                                     storage::DeviationsIn(plant_.database.database()),
+                                     storage::AssessmentsIn(plant_.database.database()), NewPeers()};
+  testing::InProcessServer server_{{&inspections_, &maps_, &service_, &exports_}};
   std::unique_ptr<v1::InspectionService::Stub> inspections_stub_ = v1::InspectionService::NewStub(server_.Connect());
   std::unique_ptr<v1::DeviationService::Stub> maps_stub_ = v1::DeviationService::NewStub(server_.Connect());
   std::unique_ptr<v1::AssessmentService::Stub> stub_ = v1::AssessmentService::NewStub(server_.Connect());
@@ -450,6 +457,59 @@ TEST_F(AssessmentServiceTest, RefusesWhatIsNotOfThatBladeAndDrawing) {
   Assessment none;
   const absl::Status missing = runtime::FromGrpc(stub_->GetAssessment(runtime::ContextFor(10).get(), get, &none));
   EXPECT_EQ(runtime::ReasonOf(missing), "ASSESSMENT_NOT_FOUND");
+}
+
+// By balloon and feature, lengths in mm; each format reads back to the same.
+TEST_F(AssessmentServiceTest, LeavesAsFilesThatReadBackToItsValues) {
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_POSITION, CHARACTERISTIC_UNIT_UM, 120, TOLERANCE_ZONE_DIAMETER);
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_PITCH_OVER_DIAMETER, CHARACTERISTIC_UNIT_RATIO, 100).clear_datum_system();
+  AddHoles(CHARACTERISTIC_QUANTITY_HOLE_DIAMETER, CHARACTERISTIC_UNIT_MM, 1).clear_datum_system();
+  AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM, -0.02, 0.02);
+  const auto assessment = Assess(Request(Measure(Plan())));
+  ASSERT_TRUE(assessment.ok()) << assessment.status();
+  const auto stub = v1::ExportService::NewStub(server_.Connect());
+  for (const ExportFormat format : {EXPORT_FORMAT_QIF, EXPORT_FORMAT_CSV, EXPORT_FORMAT_AQDEF}) {
+    SCOPED_TRACE(ExportFormat_Name(format));
+    ExportResultsRequest request;
+    request.set_format(format);
+    request.set_assessments(true);
+    const auto context = runtime::ContextFor(30);
+    const auto reader = stub->ExportResults(context.get(), request);
+    std::string file, newest;
+    for (ExportResultsResponse piece; reader->Read(&piece);) {
+      if (piece.file() != newest) file.clear();
+      newest = piece.file();
+      file += piece.content();
+    }
+    const grpc::Status status = reader->Finish();
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    std::vector<exchange::InspectedPart> parts;
+    if (format == EXPORT_FORMAT_QIF) {
+      auto part = exchange::FromQif(file);
+      ASSERT_TRUE(part.ok()) << part.status();
+      parts = {*std::move(part)};
+    } else {
+      auto read = format == EXPORT_FORMAT_CSV ? exchange::FromCsv(file) : exchange::FromAqdef(file);
+      ASSERT_TRUE(read.ok()) << read.status();
+      parts = *std::move(read);
+    }
+    ASSERT_EQ(parts.size(), 1u);
+    std::map<std::string, std::size_t> at;
+    for (std::size_t i = 0; i < parts[0].characteristics.size(); ++i) at[parts[0].characteristics[i].name] = i;
+    for (const CharacteristicFinding& finding : assessment->findings()) {
+      const std::string name = finding.characteristic() + (finding.feature().empty() ? "" : "/" + finding.feature());
+      SCOPED_TRACE(name);
+      ASSERT_EQ(at.count(name), 1u);
+      const double mm = finding.unit() == CHARACTERISTIC_UNIT_UM ? 1e-3 : 1;
+      const exchange::MeasuredValue& value = parts[0].values[at[name]];
+      ASSERT_EQ(value.value.has_value(), finding.verdict() != VERDICT_NOT_MEASURED);
+      if (!value.value) continue;
+      EXPECT_DOUBLE_EQ(*value.value, mm * (name == "4" ? std::abs(finding.value()) : finding.value()));
+      EXPECT_NEAR(*value.expanded_uncertainty, mm * finding.expanded_uncertainty(), 1e-12);
+      EXPECT_EQ(static_cast<int>(value.verdict) + 1, finding.verdict());
+      EXPECT_DOUBLE_EQ(*parts[0].characteristics[at[name]].upper, mm * finding.upper_limit());
+    }
+  }
 }
 
 TEST_F(AssessmentServiceTest, AnswersARetryAsItDidAndStoresOnce) {

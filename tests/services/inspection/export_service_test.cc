@@ -85,7 +85,8 @@ class ExportServiceTest : public ::testing::Test {
   InspectionService inspections_{storage::InspectionsIn(plant_.database.database()), peers_, {}};
   DeviationService deviations_{storage::DeviationsIn(plant_.database.database()), peers_, {}};
   ExportService exports_{storage::InspectionsIn(plant_.database.database()),
-                         storage::DeviationsIn(plant_.database.database()), peers_};
+                         storage::DeviationsIn(plant_.database.database()),
+                         storage::AssessmentsIn(plant_.database.database()), peers_};
   testing::InProcessServer server_{{&inspections_, &deviations_, &exports_}};
 };
 
