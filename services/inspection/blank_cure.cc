@@ -1,7 +1,8 @@
 #include "services/inspection/blank_cure.h"
 
-#include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -87,22 +88,27 @@ absl::StatusOr<std::string> CureOf(const Zone& zone, const std::function<bool()>
                                                                  : "UNKNOWN");
 }
 
-const Characteristic& Of(const AssessmentInputs& inputs, const storage::CharacteristicFindingRow& finding) {
-  return *std::find_if(inputs.drawing.characteristics().begin(), inputs.drawing.characteristics().end(),
-                       [&](const Characteristic& one) { return one.characteristic() == finding.characteristic; });
+// Of each finding, in their order.
+std::vector<const Characteristic*> CharacteristicsOf(const AssessmentInputs& inputs, const Assessed& assessed) {
+  std::map<std::string, const Characteristic*> by_number;
+  for (const Characteristic& one : inputs.drawing.characteristics()) by_number[one.characteristic()] = &one;
+  std::vector<const Characteristic*> all;
+  for (const storage::CharacteristicFindingRow& finding : assessed.findings)
+    all.push_back(by_number.at(finding.characteristic));
+  return all;
 }
 
-// All profiles with which it has to be met at once: of form by itself.
-Zone ZoneOf(const AssessmentInputs& inputs, const Assessed& assessed, const storage::CharacteristicFindingRow& of) {
-  const Characteristic& characteristic = Of(inputs, of);
+// All profiles with which the one at that place has to be met at once: of form by itself.
+Zone ZoneOf(const AssessmentInputs& inputs, const Assessed& assessed, const std::vector<const Characteristic*>& of,
+            std::size_t place) {
+  const Characteristic& one = *of[place];
   Zone zone;
-  for (const storage::CharacteristicFindingRow& finding : assessed.findings) {
-    const Characteristic& other = Of(inputs, finding);
-    const bool together = other.quantity() == CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION &&
-                          characteristic.quantity() == other.quantity() &&
-                          characteristic.datum_system() == other.datum_system();
-    if (finding.result_index && inputs.patches.count(*finding.result_index) > 0 && (together || &finding == &of))
-      AddPatches(inputs, other, *finding.result_index, &zone);
+  for (std::size_t i = 0; i < of.size(); ++i) {
+    const std::optional<int>& result = assessed.findings[i].result_index;
+    if (!result || inputs.patches.count(*result) == 0) continue;
+    const bool together = one.quantity() == CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION &&
+                          of[i]->quantity() == one.quantity() && of[i]->datum_system() == one.datum_system();
+    if (together || i == place) AddPatches(inputs, *of[i], *result, &zone);
   }
   return zone;
 }
@@ -110,22 +116,22 @@ Zone ZoneOf(const AssessmentInputs& inputs, const Assessed& assessed, const stor
 }  // namespace
 
 absl::Status FindCures(const AssessmentInputs& inputs, const std::function<bool()>& keep_going, Assessed* assessed) {
+  const std::vector<const Characteristic*> of = CharacteristicsOf(inputs, *assessed);
   std::map<std::string, std::string> by_datum_system;  // profiles of form and location: one answer for all
-  for (storage::CharacteristicFindingRow& finding : assessed->findings) {
+  for (std::size_t i = 0; i < of.size(); ++i) {
+    storage::CharacteristicFindingRow& finding = assessed->findings[i];
     if (finding.verdict != "NOT_CONFORM") continue;
-    const Characteristic& characteristic = Of(inputs, finding);
-    finding.cure = IsOfShape(characteristic.quantity()) ? "NONE" : "UNKNOWN";
-    if (KindOf(characteristic.quantity()) != ResultKind::kDeviationMap) continue;
-    const bool located = characteristic.quantity() == CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION;
-    const auto known = by_datum_system.find(characteristic.datum_system());
-    if (located && known != by_datum_system.end()) {
+    finding.cure = IsOfShape(of[i]->quantity()) ? "NONE" : "UNKNOWN";
+    if (KindOf(of[i]->quantity()) != ResultKind::kDeviationMap) continue;
+    const bool located = of[i]->quantity() == CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION;
+    if (const auto known = by_datum_system.find(of[i]->datum_system()); located && known != by_datum_system.end()) {
       finding.cure = known->second;
       continue;
     }
-    const auto cure = CureOf(ZoneOf(inputs, *assessed, finding), keep_going, assessed);
+    const auto cure = CureOf(ZoneOf(inputs, *assessed, of, i), keep_going, assessed);
     if (!cure.ok()) return cure.status();
     finding.cure = *cure;
-    if (located) by_datum_system[characteristic.datum_system()] = *cure;
+    if (located) by_datum_system[of[i]->datum_system()] = *cure;
   }
   return absl::OkStatus();
 }

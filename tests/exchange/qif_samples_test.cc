@@ -77,7 +77,7 @@ TEST_F(QifSchema, SmallGreatAndOddNumbersAreValid) {
   for (std::size_t i = 0; i < part.values.size(); ++i) {
     Characteristic& c = part.characteristics[i];
     if (i >= 6) c.nominal = 1234567.25;
-    if (i >= 9) c.upper = c.lower = std::nullopt;
+    if (i >= 9 && c.kind != Characteristic::Kind::kRatio) c.upper = c.lower = std::nullopt;
     if (i == 6) c.lower = -1e14;
     if (part.values[i].value) part.values[i].value = i % 2 ? 3.552713678800501e-15 : -123456789012345.6;
     if (part.values[i].value) part.values[i].expanded_uncertainty = 1e-300;
