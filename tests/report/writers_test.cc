@@ -186,7 +186,7 @@ TEST(Writers, AreNotBrokenByTextsFromOutside) {
   Report report = VaneReport(24, 12);
   for (const std::string& text : texts) {
     report.title = report.plant = report.serial = report.part = report.work_order = report.decision_rule = text;
-    report.reason = report.traceability.machine = report.traceability.result = text;
+    report.reason = report.traceability.machine = report.traceability.results[0] = text;
     report.groups[0].name = report.groups[0].characteristics[0].id = report.groups[0].characteristics[0].requirement =
         text;
     report.groups[0].characteristics[6].reason = report.groups[0].characteristics[1].unit = text;
