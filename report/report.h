@@ -39,8 +39,8 @@ struct Characteristic {
 struct CharacteristicGroup {
   std::string name;       // "Holes", "Profile"
   std::string fit_state;  // after which alignment its values are told
-  std::string rule;       // that they are judged by; empty: the report's
   std::vector<Characteristic> characteristics;
+  std::string rule = {};  // that they are judged by; empty: the report's
 };
 
 // Part frame.

@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "exchange/verdicts.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/stored_enum.h"
 
@@ -23,6 +24,15 @@ std::string TextOf(metrology::Verdict verdict) {
 
 absl::StatusOr<v1::Verdict> VerdictOf(const std::string& text, const std::string& what) {
   return runtime::StoredEnum(v1::Verdict_Parse, "VERDICT_" + text, what);
+}
+
+exchange::Verdict FileVerdictOf(const std::string& text) {
+  return exchange::VerdictNamed(text).value_or(exchange::Verdict::kNotMeasured);
+}
+
+exchange::Verdict FileVerdictOf(v1::Verdict verdict) {
+  if (!v1::Verdict_IsValid(verdict)) return exchange::Verdict::kNotMeasured;
+  return FileVerdictOf(v1::Verdict_Name(verdict).substr(std::strlen("VERDICT_")));
 }
 
 absl::StatusOr<std::string> VerdictFilterOf(v1::Verdict verdict) {

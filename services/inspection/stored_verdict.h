@@ -1,10 +1,11 @@
-// Verdicts as rows keep them: the kernel's, and from there to the contract's.
+// Verdicts as rows keep them: the kernel's, and from there to the contract's and to what leaves as files.
 #pragma once
 
 #include <absl/status/statusor.h>
 
 #include <string>
 
+#include "exchange/inspected_part.h"
 #include "metrology/inspection/verdict.h"
 #include "sixpoint/inspection/v1/inspection.pb.h"
 
@@ -14,6 +15,9 @@ namespace sixpoint::inspection {
 std::string TextOf(metrology::Verdict verdict);
 // what: whose it is, as "inspection 018f...". DATA_LOSS: none of them.
 absl::StatusOr<v1::Verdict> VerdictOf(const std::string& text, const std::string& what);
+// As files have them; one that rows have not, and none: not measured.
+exchange::Verdict FileVerdictOf(const std::string& text);
+exchange::Verdict FileVerdictOf(v1::Verdict verdict);
 // Of a list's filter, as rows keep it; empty: any.
 absl::StatusOr<std::string> VerdictFilterOf(v1::Verdict verdict);
 
