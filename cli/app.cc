@@ -66,6 +66,7 @@ void AddCommands(Command* root, Session* session) {
   AddDeviationCommands(root, session);
   AddSectionCommands(root, session);
   AddExportCommand(root, session);
+  AddReportCommands(root, session);
   AddFleetCommands(root, session);
   AddOpenCommand(root, session);
   AddRecallCommand(root, session);

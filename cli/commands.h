@@ -38,6 +38,7 @@ void AddInspectionCommands(Command* app, Session* session);
 void AddDeviationCommands(Command* app, Session* session);
 void AddSectionCommands(Command* app, Session* session);
 void AddExportCommand(Command* app, Session* session);
+void AddReportCommands(Command* app, Session* session);
 void AddRecallCommand(Command* app, Session* session);
 void AddEventsCommand(Command* app, Session* session);
 void AddWebhookCommands(Command* app, Session* session);

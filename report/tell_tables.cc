@@ -151,12 +151,16 @@ Table CharacteristicTable(const std::string& caption, const std::vector<Characte
   table.columns.push_back({"U (95\u00a0%)", shown, Align::kRight});
   table.columns.push_back({"Verdict", "", Align::kLeft});
   if (reasons) table.columns.push_back({"Reason", "", Align::kLeft});
-  // Of one unit all numbers have as many decimals, so that they stand below each other.
+  // Of one unit all numbers have as many decimals, so that they stand below each other. What is not judged has its nominal from the CAD, which
+  // nobody wrote with so many.
   std::vector<std::optional<double>> exact;
-  for (const Characteristic& c : characteristics) exact.insert(exact.end(), {c.nominal, c.lower, c.upper});
+  for (const Characteristic& c : characteristics)
+    if (c.judged) exact.insert(exact.end(), {c.nominal, c.lower, c.upper});
   const int common = unit ? DecimalsFor(*unit, exact) : 0;
   for (const Characteristic& c : characteristics) {
-    const int decimals = unit ? common : DecimalsFor(c.unit, {c.nominal, c.lower, c.upper});
+    const int decimals = unit       ? common
+                         : c.judged ? DecimalsFor(c.unit, {c.nominal, c.lower, c.upper})
+                                    : DecimalsFor(c.unit, {});
     std::vector<Cell> row = {{ToldOr(c.id)}};
     if (classed) row.push_back({Told(c.designator)});
     if (required) row.push_back({Told(c.requirement)});

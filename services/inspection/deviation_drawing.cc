@@ -102,7 +102,7 @@ report::DeviationSurface DeviationSurfaceOf(const metrology::Surface& surface, c
   out.deviations_um.push_back(std::numeric_limits<float>::quiet_NaN());
   // Each try is twice as coarse; one as coarse as the surface ends it.
   const std::size_t most = std::max(kMostPieces, mesh.triangles.size());
-  for (double longest_mm = patches.patch_mm();; longest_mm *= 2) {
+  for (double longest_mm = patches.patch_mm() / 2;; longest_mm *= 2) {
     out.vertices_mm.clear();
     out.triangles.clear();
     out.deviation_of.clear();

@@ -12,8 +12,7 @@
 
 namespace sixpoint::inspection {
 
-// Triangles so small that each lies in one patch, but for patches' borders; a surface of which that would be more than a million as coarse as
-// has to be. means_um: of each patch; NaN: not seen.
+// Triangles of half a patch's edge at most, each in the colour of the patch of its middle; where that would be more than a million, coarser ones. means_um: of each patch; NaN: not seen.
 report::DeviationSurface DeviationSurfaceOf(const metrology::Surface& surface, const metrology::SurfacePatches& patches,
                                             const std::vector<double>& means_um);
 

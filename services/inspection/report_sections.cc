@@ -127,7 +127,10 @@ report::Section SectionOf(const v1::Section& section, const v1::SectionOutline& 
   report::Section out;
   out.name = section.plane().section();
   out.height_mm = section.plane().origin_in_part_mm().z_mm();
-  for (const v1::SectionValue& value : section.values()) out.parameters.push_back(ParameterOf(value));
+  for (const v1::SectionValue& value : section.values()) {
+    out.parameters.push_back(ParameterOf(value));
+    if (!section.reason().empty()) out.parameters.back().reason = section.reason();
+  }
   std::vector<OutlinePoint> nominal = PointsOf(outline.nominal_mm());
   if (nominal.size() < 2) return out;
   SetNormals(&nominal);
