@@ -17,6 +17,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kMostPieces = 1'000'000;
+constexpr double kLevel = 0.9;            // of a normal's z: hardly to be seen from a side
+constexpr double kWorthLevelSides = 0.2;  // of what was seen
 
 struct Corner {
   std::uint32_t vertex = 0;
@@ -92,6 +94,20 @@ class Splitter {
   report::DeviationSurface* const out_;
 };
 
+// The four sides of a blade that stands; of a part that was seen from above or below, too, those besides.
+std::vector<report::Side> SidesFor(const metrology::SurfacePatches& patches, const std::vector<double>& means_um) {
+  double seen_mm2 = 0, level_mm2 = 0;
+  for (std::size_t i = 0; i < means_um.size(); ++i) {
+    const metrology::SurfacePatch& patch = patches.patches()[i];
+    if (std::isnan(means_um[i])) continue;
+    seen_mm2 += patch.area_mm2;
+    if (std::abs(patch.normal.z()) > kLevel) level_mm2 += patch.area_mm2;
+  }
+  std::vector<report::Side> sides = report::PictureOptions().sides;
+  if (level_mm2 > kWorthLevelSides * seen_mm2) sides.insert(sides.end(), {report::Side::kTop, report::Side::kBottom});
+  return sides;
+}
+
 }  // namespace
 
 report::DeviationSurface DeviationSurfaceOf(const metrology::Surface& surface, const metrology::SurfacePatches& patches,
@@ -122,6 +138,7 @@ absl::StatusOr<report::DeviationPicture> DrawMap(const metrology::Surface& surfa
     return absl::DataLossError(map.name() + ": " + std::to_string(means_um.size()) + " patches, want " +
                                std::to_string(patches->patches().size()) + " as its part's surface has");
   report::PictureOptions options;
+  options.sides = SidesFor(*patches, means_um);
   if (map.statistics_size() > 0 && map.statistics(0).has_p05_um()) {
     const v1::DeviationStatistics& whole = map.statistics(0);
     // As the page first shows it.

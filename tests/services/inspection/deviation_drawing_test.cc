@@ -67,7 +67,9 @@ TEST(DeviationDrawing, RefusesPatchesOfAnotherSurface) {
   v1::DeviationMap map;
   map.set_name("deviations/d1");
   map.set_patch_mm(2);
-  EXPECT_TRUE(DrawMap(*block.surface, map, block.means_um).ok());
+  const auto drawn = DrawMap(*block.surface, map, block.means_um);
+  ASSERT_TRUE(drawn.ok()) << drawn.status();
+  EXPECT_EQ(drawn->views.size(), 6u);  // its top was seen, which no side shows
   std::vector<double> fewer = block.means_um;
   fewer.pop_back();
   const absl::Status damaged = DrawMap(*block.surface, map, fewer).status();
