@@ -12,7 +12,8 @@
 
 namespace sixpoint::inspection {
 
-// Triangles of half a patch's edge at most, each in the colour of the patch of its middle; where that would be more than a million, coarser ones. means_um: of each patch; NaN: not seen.
+// Triangles of half a patch's edge at most, each in the colour of the patch of its middle; where that would be more than a million, coarser
+// ones. means_um: of each patch; NaN: not seen.
 report::DeviationSurface DeviationSurfaceOf(const metrology::Surface& surface, const metrology::SurfacePatches& patches,
                                             const std::vector<double>& means_um);
 

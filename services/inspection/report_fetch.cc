@@ -17,7 +17,7 @@
 namespace sixpoint::inspection {
 namespace {
 
-constexpr int kMostResults = 64;
+constexpr std::size_t kMostResults = 64;
 constexpr char kKinds[] = "inspections/, deviations/ or sections/ and a UUID, or one of assessments/";
 
 bool IsOf(const std::string& name, const char* collection) { return name.rfind(collection, 0) == 0; }
@@ -41,8 +41,8 @@ class Fetch {
       : sources_(sources), peers_(peers), caller_(caller), inputs_(*inputs) {}
 
   absl::Status Results(const ResultNames& results) {
-    for (int i = 0; i < results.size(); ++i)
-      if (absl::Status status = Result(At("results", i), results.Get(i)); !status.ok()) return status;
+    for (std::size_t i = 0; i < results.size(); ++i)
+      if (absl::Status status = Result(At("results", static_cast<int>(i)), results[i]); !status.ok()) return status;
     std::size_t section_count = 0;
     for (const v1::SectionMeasurement& measurement : inputs_.sections)
       section_count += static_cast<std::size_t>(measurement.sections_size());
@@ -111,6 +111,11 @@ class Fetch {
     const auto surface = peers_.plant.GetSurface(inputs_.part, caller_.make_context(), caller_.keep_going);
     if (!surface.ok()) return surface.status();
     auto picture = DrawMap(**surface, map, (*patches)->means_um);
+    // A surface that cannot be drawn is no reason to tell nothing of it.
+    if (absl::IsInvalidArgument(picture.status())) {
+      inputs_.no_picture_reason = "It cannot be drawn: " + std::string(picture.status().message());
+      return absl::OkStatus();
+    }
     if (!picture.ok()) return picture.status();
     inputs_.picture = *std::move(picture);
     return absl::OkStatus();
@@ -194,9 +199,9 @@ absl::Status CheckResults(const ResultNames& results) {
     return runtime::Refuse("results", std::to_string(results.size()), "1 to 64 of one blade");
   runtime::Refusals refusals;
   std::set<std::string> seen;
-  for (int i = 0; i < results.size(); ++i) {
-    const std::string& name = results.Get(i);
-    const std::string field = At("results", i);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const std::string& name = results[i];
+    const std::string field = At("results", static_cast<int>(i));
     const std::string collection = name.substr(0, name.find('/'));
     const bool is_assessment = collection == "assessments";
     if (!is_assessment && collection != "inspections" && collection != "deviations" && collection != "sections")
@@ -215,16 +220,19 @@ absl::StatusOr<ReportInputs> FetchReport(const ReportSources& sources, const Pee
                                          const runtime::Caller& caller) {
   ReportInputs inputs;
   Fetch fetch(sources, peers, caller, &inputs);
-  const bool is_assessed = IsOf(results.Get(0), "assessments/");
+  const bool is_assessed = IsOf(results.front(), "assessments/");
   if (is_assessed) {
-    auto assessment = sources.assessment(results.Get(0), caller.deadline);
+    auto assessment = sources.assessment(results.front(), caller.deadline);
     if (!assessment.ok()) return assessment.status();
     auto drawing = peers.plant.GetDrawing(assessment->drawing(), caller.make_context());
     if (!drawing.ok()) return drawing.status();
     inputs.assessment = *std::move(assessment);
     inputs.drawing = *std::move(drawing);
   }
-  absl::Status status = fetch.Results(is_assessed ? inputs.assessment->results() : results);
+  const auto named = [&] {
+    return ResultNames(inputs.assessment->results().begin(), inputs.assessment->results().end());
+  };
+  absl::Status status = fetch.Results(is_assessed ? named() : results);
   if (status.ok()) status = fetch.Registrations();
   if (status.ok()) status = fetch.Equipment();
   if (status.ok()) status = fetch.Outlines();

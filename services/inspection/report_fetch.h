@@ -2,11 +2,11 @@
 #pragma once
 
 #include <absl/status/statusor.h>
-#include <google/protobuf/repeated_ptr_field.h>
 
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "services/inspection/peers.h"
 #include "services/inspection/report_of.h"
@@ -27,7 +27,7 @@ struct ReportSources {
   FindAssessment assessment;
 };
 
-using ResultNames = google::protobuf::RepeatedPtrField<std::string>;
+using ResultNames = std::vector<std::string>;
 
 // Pure: 1 to 64 results, each once and of a kind that can be told; an assessment alone.
 absl::Status CheckResults(const ResultNames& results);

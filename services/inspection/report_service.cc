@@ -53,17 +53,18 @@ ReportService::ReportService(ReportSources sources, std::shared_ptr<const Peers>
 grpc::Status ReportService::WriteReport(grpc::ServerContext* context, const v1::WriteReportRequest* request,
                                         grpc::ServerWriter<v1::WriteReportResponse>* writer) {
   runtime::Refusals refusals;
-  refusals.Add(CheckResults(request->results())).Add(CheckFormat(request->format(), false));
+  const ResultNames results(request->results().begin(), request->results().end());
+  refusals.Add(CheckResults(results)).Add(CheckFormat(request->format(), false));
   if (!refusals.status().ok()) return ToGrpc(refusals.status());
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
-  const auto inputs = FetchReport(sources_, *peers_, request->results(), caller);
+  const auto inputs = FetchReport(sources_, *peers_, results, caller);
   if (!inputs.ok()) return ToGrpc(inputs.status());
   const report::Report report = ReportOf(*inputs);
   const auto content = ContentOf(report, request->format());
   if (!content.ok()) return ToGrpc(content.status());
-  const std::string file = report.serial + "_" + LastSegment(request->results(0)) + EndingOf(request->format());
+  const std::string file = report.serial + "_" + LastSegment(results.front()) + EndingOf(request->format());
   return ToGrpc(WriteInPieces(file, *content, writer));
 }
 
