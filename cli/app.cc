@@ -68,6 +68,7 @@ void AddCommands(Command* root, Session* session) {
   AddAssessCommand(root, session);
   AddAssessmentCommands(root, session);
   AddExportCommand(root, session);
+  AddReportCommands(root, session);
   AddFleetCommands(root, session);
   AddOpenCommand(root, session);
   AddRecallCommand(root, session);

@@ -40,6 +40,7 @@ void AddSectionCommands(Command* app, Session* session);
 void AddAssessCommand(Command* app, Session* session);
 void AddAssessmentCommands(Command* app, Session* session);
 void AddExportCommand(Command* app, Session* session);
+void AddReportCommands(Command* app, Session* session);
 void AddRecallCommand(Command* app, Session* session);
 void AddEventsCommand(Command* app, Session* session);
 void AddWebhookCommands(Command* app, Session* session);

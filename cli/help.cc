@@ -24,7 +24,7 @@ const std::vector<Group>& Groups() {
       {"Blades",
        {"plan", "register", "registration", "correct", "correction", "inspect", "inspection", "deviation", "section",
         "assess", "assessment"}},
-      {"Record", {"recall", "trace", "values", "export", "efficacy", "replay", "rejudge", "ledger"}},
+      {"Record", {"recall", "trace", "values", "report", "export", "efficacy", "replay", "rejudge", "ledger"}},
       {"Watching", {"open", "fleet", "events", "webhook"}},
       {"Besides", {"plant", "call", "completion"}},
   };
@@ -169,6 +169,12 @@ constexpr Example kExamples[] = {
      "sixpoint export qif SN-1\n"
      "sixpoint export aqdef --part vane-7 --since 2026-11-01 --only-newest --folder /srv/spc\n"
      "sixpoint export csv --machine sarix-1"},
+    {"report write",
+     "sixpoint report write inspections/ID deviations/ID sections/ID --out sn-1.pdf\n"
+     "sixpoint report write assessments/ID --format html --out -"},
+    {"report first-article",
+     "sixpoint report first-article ID --out sn-1_fair.pdf\n"
+     "sixpoint report first-article ID --fields docs/examples/first_article.yaml --out sn-1_fair.json"},
     {"deviation patches", "sixpoint deviation patches 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.csv"},
     {"inspection dispose",
      "sixpoint inspection dispose ID --as concession --reason \"wall 0.4 mm, stress computed\" --reference C-2026-118\n"

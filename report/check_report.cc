@@ -18,6 +18,12 @@ absl::Status CheckJudged(const std::string& at, bool measured, Verdict verdict) 
                 measured ? "another, for there is a value" : "NOT_MEASURED, for there is no value");
 }
 
+absl::Status CheckNotJudged(const std::string& at, bool limited, Verdict verdict) {
+  if (limited) return Refuse(at + "limits", "some", "none, for it is not judged");
+  if (verdict == Verdict::kNotMeasured) return absl::OkStatus();
+  return Refuse(at + "verdict", std::string(VerdictName(verdict)), "none, for it is not judged");
+}
+
 absl::Status CheckHole(const std::string& at, const Hole& hole) {
   Refusals refusals;
   for (const double x : hole.nominal_mm) refusals.Add(CheckNumber(at + "nominal_mm", x));
@@ -36,7 +42,10 @@ absl::Status CheckHole(const std::string& at, const Hole& hole) {
   const bool any = hole.displacement_mm || hole.inclination_deg;
   if (hole.verdict == Verdict::kConform && !(any && position && inclination))
     refusals.Add(Refuse(at + "verdict", "CONFORM", "NOT_MEASURED, for not all of it was measured"));
-  if (!any) refusals.Add(CheckJudged(at, false, hole.verdict));
+  if (!hole.judged)
+    refusals.Add(CheckNotJudged(at, hole.position_limit_mm || hole.inclination_limit_deg, hole.verdict));
+  else if (!any)
+    refusals.Add(CheckJudged(at, false, hole.verdict));
   return refusals.status();
 }
 
@@ -127,18 +136,20 @@ std::size_t RowCount(const Report& report) {
   return rows;
 }
 
-// The blade is conform only if all that is told of it is, and something is.
+// The blade is conform only if all that is judged of it is, and something is.
 absl::Status CheckWhole(const Report& report) {
   if (report.verdict != Verdict::kConform) return absl::OkStatus();
-  const std::vector<const Characteristic*> all = AllOf(report);
-  if (all.empty() && report.holes.empty()) return Refuse("verdict", "CONFORM", "NOT_MEASURED, for nothing was judged");
+  const std::vector<const Characteristic*> all = JudgedOf(report);
+  const bool judges_hole =
+      std::any_of(report.holes.begin(), report.holes.end(), [](const Hole& hole) { return hole.judged; });
+  if (all.empty() && !judges_hole) return Refuse("verdict", "CONFORM", "NOT_MEASURED, for nothing was judged");
   const auto refuse = [](const std::string& name, Verdict verdict) {
     return Refuse("verdict", "CONFORM", "another, for " + name + " is " + std::string(VerdictName(verdict)));
   };
   for (const Characteristic* c : all)
     if (c->verdict != Verdict::kConform) return refuse(c->id, c->verdict);
   for (const Hole& hole : report.holes)
-    if (hole.verdict != Verdict::kConform) return refuse(hole.id, hole.verdict);
+    if (hole.judged && hole.verdict != Verdict::kConform) return refuse(hole.id, hole.verdict);
   return absl::OkStatus();
 }
 
@@ -165,16 +176,19 @@ absl::Status CheckCharacteristic(const std::string& at, const Characteristic& c)
   refusals.Add(CheckNumber(at + "lower", c.lower)).Add(CheckNumber(at + "upper", c.upper));
   if (c.lower && c.upper && *c.lower > *c.upper) refusals.Add(Refuse(at + "lower", *c.lower, "at most upper"));
   refusals.Add(CheckUncertainty(at + "expanded_uncertainty", c.expanded_uncertainty, c.value.has_value()));
-  refusals.Add(CheckJudged(at, c.value.has_value(), c.verdict));
+  refusals.Add(c.judged ? CheckJudged(at, c.value.has_value(), c.verdict)
+                        : CheckNotJudged(at, c.lower || c.upper, c.verdict));
   return refusals.status();
 }
 
-std::vector<const Characteristic*> AllOf(const Report& report) {
+std::vector<const Characteristic*> JudgedOf(const Report& report) {
   std::vector<const Characteristic*> all;
-  for (const CharacteristicGroup& group : report.groups)
-    for (const Characteristic& c : group.characteristics) all.push_back(&c);
-  for (const Section& section : report.sections)
-    for (const Characteristic& c : section.parameters) all.push_back(&c);
+  const auto add = [&](const std::vector<Characteristic>& characteristics) {
+    for (const Characteristic& c : characteristics)
+      if (c.judged) all.push_back(&c);
+  };
+  for (const CharacteristicGroup& group : report.groups) add(group.characteristics);
+  for (const Section& section : report.sections) add(section.parameters);
   return all;
 }
 

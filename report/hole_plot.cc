@@ -77,7 +77,7 @@ double LengthOf(const Hole& hole) {
 
 void DrawHole(const Frame& frame, const Hole& hole, double magnification, bool named, Drawing* drawing) {
   const Place at = frame.At(hole.nominal_mm);
-  const Colour colour = ColourOf(ToneOf(hole.verdict));
+  const Colour colour = ColourOf(hole.judged ? ToneOf(hole.verdict) : Tone::kPlain);
   const double paper = magnification * frame.scale;
   if (hole.position_limit_mm)
     drawing->shapes.emplace_back(

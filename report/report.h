@@ -33,12 +33,14 @@ struct Characteristic {
   std::optional<double> expanded_uncertainty;  // 95 %
   Verdict verdict = Verdict::kNotMeasured;
   std::string reason;  // why it was not measured, or why nothing is said; else empty
+  bool judged = true;  // false: nothing is asked of it, so that it has neither limits nor a verdict
 };
 
 struct CharacteristicGroup {
   std::string name;       // "Holes", "Profile"
   std::string fit_state;  // after which alignment its values are told
   std::vector<Characteristic> characteristics;
+  std::string rule = {};  // that they are judged by; empty: the report's
 };
 
 // Part frame.
@@ -50,6 +52,7 @@ struct Hole {
   std::optional<double> inclination_deg, inclination_expanded_uncertainty_deg, inclination_limit_deg;
   Verdict verdict = Verdict::kNotMeasured;
   std::string reason;
+  bool judged = true;  // as Characteristic's
 };
 
 // Of a deviation map: of the whole, or of some patches. Positive outside.
@@ -126,7 +129,8 @@ struct SoftwareVersion {
 };
 
 struct Traceability {
-  std::string result, registration, method, fit_state, machine, sensor, requested_by;
+  std::vector<std::string> results, registrations;
+  std::string method, fit_state, machine, sensor, requested_by;
   std::vector<SoftwareVersion> software;
   std::vector<CalibrationUsed> calibrations;
   std::vector<ScanUsed> scans;
@@ -160,11 +164,12 @@ inline constexpr std::size_t kMostPictures = 12;
 
 // What both writers ask before they write a byte. INVALID_ARGUMENT names the field: numbers that are not finite or beyond 1e9, a value beside
 // the verdict NOT_MEASURED or none beside another, an uncertainty without a value or below 0, an expanded uncertainty or limits that cannot
-// be, digests that are none, more than the bounds above, and a blade that is conform while not all that is told of it is.
+// be, digests that are none, more than the bounds above, a verdict or limits of what is not judged, and a blade that is conform while not all
+// that is judged of it is.
 // Texts are never refused: what is too long is cut, with dots, and what no page can show is "?" (plain_text.h).
 absl::Status Check(const Report& report);
 
-// All characteristics: of groups, then of sections.
-std::vector<const Characteristic*> AllOf(const Report& report);
+// All characteristics that are judged: of groups, then of sections.
+std::vector<const Characteristic*> JudgedOf(const Report& report);
 
 }  // namespace sixpoint::report

@@ -183,7 +183,8 @@ Figure SectionFigure(const Section& section, const PlotSize& size) {
                                                        : "greatest deviation " + Fixed(greatest_um, 1) + " \u00b5m";
   if (section.outlines.measured.size() > 1) seen += ", gaps not seen";
   Figure figure{std::move(plot.drawing), "", ""};
-  figure.caption = name + " at " + Fixed(section.height_mm, 3) + " mm, deviations \u00d7 " + times + "; " + seen;
+  figure.caption = name + " at " + Fixed(section.height_mm, 3) + " mm" +
+                   (section.outlines.measured.empty() ? "" : ", deviations \u00d7 " + times) + "; " + seen;
   figure.alt = "Outline of " + figure.caption + ".";
   return figure;
 }

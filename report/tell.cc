@@ -33,10 +33,11 @@ struct Named {
 std::vector<Named> WorstFirst(const Report& report) {
   std::vector<Named> all;
   for (const CharacteristicGroup& group : report.groups)
-    for (const Characteristic& c : group.characteristics) all.push_back({ToldOr(c.id), &c});
+    for (const Characteristic& c : group.characteristics)
+      if (c.judged) all.push_back({ToldOr(c.id), &c});
   for (const Section& section : report.sections)
     for (const Characteristic& c : section.parameters)
-      all.push_back({ToldOr(section.name, "Section") + ": " + ToldOr(c.id), &c});
+      if (c.judged) all.push_back({ToldOr(section.name, "Section") + ": " + ToldOr(c.id), &c});
   std::stable_sort(all.begin(), all.end(), [](const Named& a, const Named& b) {
     const int rank_a = RankOf(a.characteristic->verdict), rank_b = RankOf(b.characteristic->verdict);
     if (rank_a != rank_b) return rank_a < rank_b;
@@ -57,8 +58,9 @@ std::string CountsOf(const Report& report) {
     auto& count = counts[RankOf(verdict)];
     count = {verdict, count.second + 1};
   };
-  for (const Characteristic* c : AllOf(report)) add(c->verdict);
-  for (const Hole& hole : report.holes) add(hole.verdict);
+  for (const Characteristic* c : JudgedOf(report)) add(c->verdict);
+  for (const Hole& hole : report.holes)
+    if (hole.judged) add(hole.verdict);
   std::string text;
   for (const auto& [rank, count] : counts)
     text += (text.empty() ? "" : " \u00b7 ") + MarkOf(count.first) + "\u00a0" + std::to_string(count.second) +
@@ -170,7 +172,10 @@ std::string WordOf(Verdict verdict) {
   return std::string(kNotMeasuredText);
 }
 
-Cell VerdictCell(Verdict verdict) { return {MarkOf(verdict) + " " + WordOf(verdict), ToneOf(verdict)}; }
+Cell VerdictCell(Verdict verdict, bool judged) {
+  if (!judged) return {"not judged", Tone::kQuiet};
+  return {MarkOf(verdict) + " " + WordOf(verdict), ToneOf(verdict)};
+}
 
 std::string ResultText(const Characteristic& c) {
   if (!c.value) return std::string(kNotMeasuredText) + ": " + ToldOr(c.reason, "no reason is given");

@@ -14,7 +14,7 @@ absl::StatusOr<Document> Tell(const Report& report);
 // Mark and word: "✓ conform".
 std::string MarkOf(Verdict verdict);
 std::string WordOf(Verdict verdict);
-Cell VerdictCell(Verdict verdict);
+Cell VerdictCell(Verdict verdict, bool judged = true);
 
 // "0.0523 mm, U 0.0061 mm", or "not measured: " with its reason.
 std::string ResultText(const Characteristic& characteristic);

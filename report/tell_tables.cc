@@ -71,7 +71,7 @@ std::vector<Cell> PositionRow(const Hole& hole, int decimals) {
   row.push_back(position_mm ? NumberCell(position_mm, decimals) : Missing());
   row.push_back(NumberCell(hole.position_expanded_uncertainty_mm, decimals));
   row.push_back(NumberCell(hole.position_limit_mm, decimals));
-  row.push_back(VerdictCell(hole.verdict));
+  row.push_back(VerdictCell(hole.verdict, hole.judged));
   return row;
 }
 
@@ -110,7 +110,7 @@ Table InclinationTable(const std::vector<Hole>& holes) {
                           hole.inclination_deg ? NumberCell(hole.inclination_deg, 3) : Missing(),
                           NumberCell(hole.inclination_expanded_uncertainty_deg, 3),
                           NumberCell(hole.inclination_limit_deg, 3),
-                          VerdictCell(hole.verdict),
+                          VerdictCell(hole.verdict, hole.judged),
                           {Told(hole.reason)}});
   return table;
 }
@@ -151,12 +151,16 @@ Table CharacteristicTable(const std::string& caption, const std::vector<Characte
   table.columns.push_back({"U (95\u00a0%)", shown, Align::kRight});
   table.columns.push_back({"Verdict", "", Align::kLeft});
   if (reasons) table.columns.push_back({"Reason", "", Align::kLeft});
-  // Of one unit all numbers have as many decimals, so that they stand below each other.
+  // Of one unit all numbers have as many decimals, so that they stand below each other. What is not judged has its nominal from the CAD, which
+  // nobody wrote with so many.
   std::vector<std::optional<double>> exact;
-  for (const Characteristic& c : characteristics) exact.insert(exact.end(), {c.nominal, c.lower, c.upper});
+  for (const Characteristic& c : characteristics)
+    if (c.judged) exact.insert(exact.end(), {c.nominal, c.lower, c.upper});
   const int common = unit ? DecimalsFor(*unit, exact) : 0;
   for (const Characteristic& c : characteristics) {
-    const int decimals = unit ? common : DecimalsFor(c.unit, {c.nominal, c.lower, c.upper});
+    const int decimals = unit       ? common
+                         : c.judged ? DecimalsFor(c.unit, {c.nominal, c.lower, c.upper})
+                                    : DecimalsFor(c.unit, {});
     std::vector<Cell> row = {{ToldOr(c.id)}};
     if (classed) row.push_back({Told(c.designator)});
     if (required) row.push_back({Told(c.requirement)});
@@ -164,7 +168,7 @@ Table CharacteristicTable(const std::string& caption, const std::vector<Characte
     for (const auto& number : {c.nominal, c.lower, c.upper}) row.push_back(NumberCell(number, decimals));
     row.push_back(c.value ? NumberCell(c.value, decimals) : Missing());
     row.push_back(NumberCell(c.expanded_uncertainty, decimals));
-    row.push_back(VerdictCell(c.verdict));
+    row.push_back(VerdictCell(c.verdict, c.judged));
     if (reasons) row.push_back({Told(c.reason)});
     table.rows.push_back(std::move(row));
   }
@@ -177,7 +181,9 @@ void TellTables(const Report& report, Document* document) {
     document->blocks.emplace_back(Paragraph{"No characteristic of the drawing was judged.", Tone::kMissing});
   for (const CharacteristicGroup& group : report.groups)
     document->blocks.emplace_back(
-        CharacteristicTable(After(ToldOr(group.name, "Characteristics"), group.fit_state), group.characteristics));
+        CharacteristicTable(After(ToldOr(group.name, "Characteristics"), group.fit_state) +
+                                (group.rule.empty() ? "" : "  \u00b7  judged by " + Told(group.rule)),
+                            group.characteristics));
   document->blocks.emplace_back(Heading{"Holes", 2});
   if (report.holes.empty()) {
     document->blocks.emplace_back(Paragraph{"No hole was judged.", Tone::kMissing});

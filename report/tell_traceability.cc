@@ -75,17 +75,17 @@ Table BudgetTable(const Budget& budget) {
 void TellTraceability(const Report& report, Document* document) {
   const Traceability& t = report.traceability;
   document->blocks.emplace_back(Heading{"Traceability", 2});
-  Facts facts{2,
-              {{"Result", ToldOr(t.result)},
-               {"Registration", ToldOr(t.registration)},
-               {"Method", ToldOr(t.method)},
-               {"Alignment", ToldOr(t.fit_state)},
-               {"Machine", ToldOr(t.machine)},
-               {"Scanner", ToldOr(t.sensor)},
-               {"Requested by", ToldOr(t.requested_by)},
-               {"Decision rule", ToldOr(report.decision_rule)},
-               {"Work order", ToldOr(report.work_order)},
-               {"Measured", TimeWords(report.measured_at)}}};
+  Facts facts{2, {}};
+  for (const std::string& result : t.results) facts.facts.push_back({"Result", ToldOr(result)});
+  for (const std::string& registration : t.registrations) facts.facts.push_back({"Registration", ToldOr(registration)});
+  facts.facts.insert(facts.facts.end(), {{"Method", ToldOr(t.method)},
+                                         {"Alignment", ToldOr(t.fit_state)},
+                                         {"Machine", ToldOr(t.machine)},
+                                         {"Scanner", ToldOr(t.sensor)},
+                                         {"Requested by", ToldOr(t.requested_by)},
+                                         {"Decision rule", ToldOr(report.decision_rule)},
+                                         {"Work order", ToldOr(report.work_order)},
+                                         {"Measured", TimeWords(report.measured_at)}});
   for (const SoftwareVersion& software : t.software)
     facts.facts.push_back({ToldOr(software.name, "Software"), ToldOr(software.version)});
   document->blocks.emplace_back(std::move(facts));

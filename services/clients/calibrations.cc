@@ -278,24 +278,28 @@ absl::StatusOr<FetchedRotationCalibration> CalibrationClient::RotationInForce(
   return RotationOf(found);
 }
 
-absl::StatusOr<FetchedSensorCalibration> CalibrationClient::Sensor(const std::string& name,
-                                                                   std::unique_ptr<grpc::ClientContext> context) const {
+absl::StatusOr<Calibration> CalibrationClient::Get(const std::string& name,
+                                                   std::unique_ptr<grpc::ClientContext> context) const {
   calibration::v1::GetCalibrationRequest request;
   request.set_name(name);
   Calibration found;
   if (const grpc::Status s = stubs_->calibrations->GetCalibration(context.get(), request, &found); !s.ok())
     return runtime::FromGrpc(s);
-  return SensorOf(found);
+  return found;
+}
+
+absl::StatusOr<FetchedSensorCalibration> CalibrationClient::Sensor(const std::string& name,
+                                                                   std::unique_ptr<grpc::ClientContext> context) const {
+  const absl::StatusOr<Calibration> found = Get(name, std::move(context));
+  if (!found.ok()) return found.status();
+  return SensorOf(*found);
 }
 
 absl::StatusOr<FetchedRotationCalibration> CalibrationClient::Rotation(
     const std::string& name, std::unique_ptr<grpc::ClientContext> context) const {
-  calibration::v1::GetCalibrationRequest request;
-  request.set_name(name);
-  Calibration found;
-  if (const grpc::Status s = stubs_->calibrations->GetCalibration(context.get(), request, &found); !s.ok())
-    return runtime::FromGrpc(s);
-  return RotationOf(found);
+  const absl::StatusOr<Calibration> found = Get(name, std::move(context));
+  if (!found.ok()) return found.status();
+  return RotationOf(*found);
 }
 
 absl::StatusOr<std::optional<FetchedAxis>> CalibrationClient::AxisInForce(
@@ -315,22 +319,17 @@ absl::StatusOr<std::optional<FetchedAxis>> CalibrationClient::AxisInForce(
 
 absl::StatusOr<FetchedAxis> CalibrationClient::Axis(const std::string& name,
                                                     std::unique_ptr<grpc::ClientContext> context) const {
-  calibration::v1::GetCalibrationRequest request;
-  request.set_name(name);
-  Calibration found;
-  if (const grpc::Status s = stubs_->calibrations->GetCalibration(context.get(), request, &found); !s.ok())
-    return runtime::FromGrpc(s);
-  return AxisOf(found);
+  const absl::StatusOr<Calibration> found = Get(name, std::move(context));
+  if (!found.ok()) return found.status();
+  return AxisOf(*found);
 }
 
 absl::Status CalibrationClient::NotInForce(const std::string& field, const std::string& used,
                                            const std::string& in_force,
                                            std::unique_ptr<grpc::ClientContext> context) const {
-  calibration::v1::GetCalibrationRequest request;
-  request.set_name(used);
-  Calibration found;
-  if (const grpc::Status s = stubs_->calibrations->GetCalibration(context.get(), request, &found); !s.ok())
-    return runtime::FromGrpc(s);
+  const absl::StatusOr<Calibration> known = Get(used, std::move(context));
+  if (!known.ok()) return known.status();
+  const Calibration& found = *known;
   const std::string wanted = ", want a registration that rests on the calibration in force";
   if (found.state() == calibration::v1::CALIBRATION_STATE_WITHDRAWN)
     return runtime::Failure(errors::v1::CALIBRATION_WITHDRAWN,

@@ -94,6 +94,9 @@ class CalibrationClient {
   // Whether an interim check of it, in that clamping, was accepted by a limit not greater than this.
   absl::StatusOr<bool> CheckedInClamping(const std::string& sensor_calibration, const std::string& clamping,
                                          double limit_um, std::unique_ptr<grpc::ClientContext> context) const;
+  // As the calibration service has it, of whatever kind, in force or not.
+  absl::StatusOr<calibration::v1::Calibration> Get(const std::string& name,
+                                                   std::unique_ptr<grpc::ClientContext> context) const;
   // A calibration by name, whether in force or not.
   absl::StatusOr<FetchedSensorCalibration> Sensor(const std::string& name,
                                                   std::unique_ptr<grpc::ClientContext> context) const;

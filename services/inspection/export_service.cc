@@ -14,6 +14,7 @@
 #include "exchange/csv.h"
 #include "exchange/qif.h"
 #include "services/inspection/exported.h"
+#include "services/inspection/file_pieces.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
@@ -28,9 +29,8 @@ namespace {
 using exchange::InspectedPart;
 using runtime::ToGrpc;
 
-constexpr int kMostResults = 5000;                    // of inspections, and of maps
-constexpr std::size_t kMostValues = 400'000;          // of all of them: what an answer holds in memory
-constexpr std::size_t kChunk = std::size_t{1} << 20;  // bytes
+constexpr int kMostResults = 5000;            // of inspections, and of maps
+constexpr std::size_t kMostValues = 400'000;  // of all of them: what an answer holds in memory
 constexpr int kPage = 50;
 
 absl::Status TooMany() {
@@ -102,23 +102,7 @@ absl::Status ForEach(const storage::ResultReader<Row, Filter>& reader, Filter fi
   return absl::OkStatus();
 }
 
-class Writer {
- public:
-  explicit Writer(grpc::ServerWriter<v1::ExportResultsResponse>* writer) : writer_(writer) {}
-  // In pieces; an empty one tells of an empty file.
-  absl::Status Write(const std::string& file, const std::string& content) {
-    for (std::size_t at = 0; at == 0 || at < content.size(); at += kChunk) {
-      v1::ExportResultsResponse response;
-      response.set_file(file);
-      response.set_content(content.substr(at, kChunk));
-      if (!writer_->Write(response)) return absl::CancelledError("export: the client went away");
-    }
-    return absl::OkStatus();
-  }
-
- private:
-  grpc::ServerWriter<v1::ExportResultsResponse>* const writer_;
-};
+using Writer = grpc::ServerWriter<v1::ExportResultsResponse>;
 
 std::string RevisedPart(const InspectedPart& part) { return part.part + "@" + std::to_string(part.part_revision); }
 
@@ -132,16 +116,16 @@ Take QifInto(Writer* writer) {
       const auto plan = exchange::QifPlanOf(part);
       if (!plan.ok()) return plan.status();
       const std::string file = RevisedPart(part) + "_plan_" + plan_id.substr(0, 8) + ".qif";
-      if (absl::Status sent = writer->Write(file, *plan); !sent.ok()) return sent;
+      if (absl::Status sent = WriteInPieces(file, *plan, writer); !sent.ok()) return sent;
     }
     const auto document = exchange::ToQif(part);
     if (!document.ok()) return document.status();
-    return writer->Write(part.serial + "_" + runtime::LastSegment(part.result) + ".qif", *document);
+    return WriteInPieces(part.serial + "_" + runtime::LastSegment(part.result) + ".qif", *document, writer);
   };
 }
 
 Take CsvInto(Writer* writer) {
-  return [writer](const InspectedPart& part) { return writer->Write("results.csv", exchange::ToCsv(part)); };
+  return [writer](const InspectedPart& part) { return WriteInPieces("results.csv", exchange::ToCsv(part), writer); };
 }
 
 Take Into(std::vector<InspectedPart>* parts) {
@@ -165,7 +149,7 @@ absl::Status WriteAqdef(std::vector<InspectedPart> parts, Writer* writer) {
     if (!text.ok()) return text.status();
     const std::string file =
         RevisedPart(together.front()) + "_" + runtime::LastSegment(together.front().result) + ".dfq";
-    if (absl::Status sent = writer->Write(file, *text); !sent.ok()) return sent;
+    if (absl::Status sent = WriteInPieces(file, *text, writer); !sent.ok()) return sent;
     parts.erase(parts.begin(), rest);
   }
   return absl::OkStatus();
@@ -208,22 +192,21 @@ grpc::Status ExportService::ExportResults(grpc::ServerContext* context, const v1
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
   std::vector<InspectedPart> parts;
-  Writer pieces(writer);
   const bool as_csv = request->format() == v1::EXPORT_FORMAT_CSV,
              as_aqdef = request->format() == v1::EXPORT_FORMAT_AQDEF;
-  const Take take = as_csv ? CsvInto(&pieces) : as_aqdef ? Into(&parts) : QifInto(&pieces);
+  const Take take = as_csv ? CsvInto(writer) : as_aqdef ? Into(&parts) : QifInto(writer);
   Machines machines(*peers_, caller);
   const storage::ResultReader<storage::InspectionRow, storage::InspectionFilter>& inspections = *inspections_;
   const storage::ResultReader<storage::DeviationMapRow, storage::DeviationFilter>& maps = *deviations_;
   const storage::ResultReader<storage::AssessmentRow, storage::AssessmentFilter>& assessments = *assessments_;
   const bool only_newest = request->only_newest();
-  absl::Status status = as_csv ? pieces.Write("results.csv", exchange::CsvHead()) : absl::OkStatus();
+  absl::Status status = as_csv ? WriteInPieces("results.csv", exchange::CsvHead(), writer) : absl::OkStatus();
   if (status.ok() && request->assessments())
     status = ForEach(assessments, *of_assessments, only_newest, caller, &machines, take);
   if (status.ok() && !request->assessments())
     status = ForEach(inspections, *of_inspections, only_newest, caller, &machines, take);
   if (status.ok() && !request->assessments()) status = ForEach(maps, *of_maps, only_newest, caller, &machines, take);
-  if (status.ok() && as_aqdef) status = WriteAqdef(std::move(parts), &pieces);
+  if (status.ok() && as_aqdef) status = WriteAqdef(std::move(parts), writer);
   return ToGrpc(status);
 }
 

@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "services/inspection/profile_ends.h"
+#include "services/inspection/stored_verdict.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::inspection {
@@ -11,13 +13,6 @@ namespace {
 
 using exchange::Characteristic;
 using exchange::MeasuredValue;
-
-exchange::Verdict VerdictOfText(const std::string& text) {
-  if (text == "CONFORM") return exchange::Verdict::kConform;
-  if (text == "NOT_CONFORM") return exchange::Verdict::kNotConform;
-  if (text == "UNDECIDABLE") return exchange::Verdict::kUndecidable;
-  return exchange::Verdict::kNotMeasured;
-}
 
 // What all results have in common.
 template <typename Row>
@@ -38,7 +33,7 @@ exchange::InspectedPart Named(const Row& row, const std::string& result, const p
   part.requested_by = row.requested_by;
   part.software_version = row.software_version;
   part.recorded_at = row.recorded.recorded_at;
-  part.verdict = VerdictOfText(row.verdict);
+  part.verdict = FileVerdictOf(row.verdict);
   return part;
 }
 
@@ -82,7 +77,7 @@ void AddFinding(const storage::CharacteristicFindingRow& finding, exchange::Insp
   characteristic.lower = scaled(finding.lower_limit);
   characteristic.upper = scaled(finding.upper_limit);
   MeasuredValue value;
-  value.verdict = VerdictOfText(finding.verdict);
+  value.verdict = FileVerdictOf(finding.verdict);
   value.reason = finding.reason;
   // Of a surface that was not seen as far as was wanted, what was seen of it is no value of the tolerance.
   if (value.verdict != exchange::Verdict::kNotMeasured) {
@@ -115,8 +110,8 @@ exchange::InspectedPart Exported(const storage::InspectionRow& row, const plant:
     Characteristic inclination{name + "/inclination",         Characteristic::Kind::kInclination, "deg", 0, {},
                                hole.inclination_tolerance_deg};
     MeasuredValue at, leaning;
-    at.verdict = VerdictOfText(hole.position_verdict);
-    leaning.verdict = VerdictOfText(hole.inclination_verdict);
+    at.verdict = FileVerdictOf(hole.position_verdict);
+    leaning.verdict = FileVerdictOf(hole.inclination_verdict);
     at.reason = leaning.reason = hole.reason;
     if (hole.measured) {
       at.value = hole.measured->position_error_mm;
@@ -138,14 +133,14 @@ std::optional<exchange::InspectedPart> Exported(const storage::DeviationMapRow& 
     Characteristic characteristic{profile.characteristic, Characteristic::Kind::kProfile, "mm", 0, profile.lower_mm,
                                   profile.upper_mm};
     MeasuredValue value;
-    value.verdict = VerdictOfText(profile.verdict);
+    value.verdict = FileVerdictOf(profile.verdict);
     value.reason = profile.reason;
     // Of a surface that was not seen as far as was wanted, what was seen of it is no value of the tolerance.
     if (profile.lowest && profile.highest && value.verdict != exchange::Verdict::kNotMeasured) {
       value.worst_negative = profile.lowest->mean_um / 1e3;
       value.worst_positive = profile.highest->mean_um / 1e3;
-      // Of both ends the one that is nearer to its limit, or farther beyond it.
-      const bool above = *value.worst_positive - profile.upper_mm > profile.lower_mm - *value.worst_negative;
+      const bool above =
+          UpperEndIsWorse({profile.lower_mm, profile.upper_mm}, *value.worst_negative, *value.worst_positive);
       const storage::DeviationPatchRow& worst = above ? *profile.highest : *profile.lowest;
       // As a zone about the CAD has it: the greatest distance; between other limits the deviation itself.
       const bool about_the_cad = profile.lower_mm == -profile.upper_mm;

@@ -1,13 +1,17 @@
 // sixpoint-inspection: the verdict on a machined blade.
+#include "services/inspection/assessment_messages.h"
 #include "services/inspection/assessment_service.h"
 #include "services/inspection/deviation_service.h"
 #include "services/inspection/disposition_service.h"
 #include "services/inspection/efficacy_service.h"
 #include "services/inspection/export_service.h"
 #include "services/inspection/inspection_service.h"
+#include "services/inspection/report_service.h"
 #include "services/inspection/section_service.h"
 #include "services/inspection/value_service.h"
+#include "services/runtime/errors.h"
 #include "services/runtime/peers.h"
+#include "services/runtime/recorded_results.h"
 #include "services/runtime/server.h"
 
 namespace sixpoint::inspection {
@@ -15,6 +19,13 @@ namespace {
 
 // Each inspection has its own threads and some hundred megabytes; more than two at once only slow each other down.
 constexpr runtime::PoolLimits kLimits{2, runtime::kAllLetIn};
+
+FindAssessment AssessmentFrom(const std::shared_ptr<storage::AssessmentStore>& store) {
+  return [store](const std::string& name, storage::Deadline deadline) {
+    return runtime::GetResult<v1::Assessment>(*store, deadline, "assessments", name, errors::v1::ASSESSMENT_NOT_FOUND,
+                                              [](const storage::AssessmentRow& row) { return ToProto(row); });
+  };
+}
 
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database) {
   // One for all: prepared surfaces are kept once.
@@ -40,6 +51,12 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   services.push_back({v1::ExportService::service_full_name(),
                       std::make_unique<ExportService>(storage::InspectionsIn(database), storage::DeviationsIn(database),
                                                       storage::AssessmentsIn(database), peers)});
+  services.push_back(
+      {v1::ReportService::service_full_name(),
+       std::make_unique<ReportService>(
+           ReportSources{storage::InspectionsIn(database), storage::DeviationsIn(database),
+                         storage::SectionsIn(database), AssessmentFrom(storage::AssessmentsIn(database))},
+           peers)});
   services.push_back(
       {v1::ValueService::service_full_name(), std::make_unique<ValueService>(storage::ValuesIn(database))});
   services.push_back(

@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "exchange/verdicts.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/stored_enum.h"
 
@@ -31,6 +32,15 @@ metrology::DecisionRule KernelRuleOf(const plant::v1::DecisionRule& rule) {
   if (rule.kind() == plant::v1::DECISION_RULE_KIND_GUARD_FACTOR)
     return {DecisionRule::Kind::kGuardBand, rule.guard_factor()};
   return rule.edition() == "2017" ? DecisionRule::Probability() : DecisionRule();
+}
+
+exchange::Verdict FileVerdictOf(const std::string& text) {
+  return exchange::VerdictNamed(text).value_or(exchange::Verdict::kNotMeasured);
+}
+
+exchange::Verdict FileVerdictOf(v1::Verdict verdict) {
+  if (!v1::Verdict_IsValid(verdict)) return exchange::Verdict::kNotMeasured;
+  return FileVerdictOf(v1::Verdict_Name(verdict).substr(std::strlen("VERDICT_")));
 }
 
 absl::StatusOr<std::string> VerdictFilterOf(v1::Verdict verdict) {

@@ -53,6 +53,8 @@ std::vector<Names> NamesOf(const CustomersPart& of) {
                     {"machining_model", of.machining_model},
                     {"drawing_id", of.drawing.substr(9)},
                     {"inspections", of.inspection},
+                    {"results", of.inspection},
+                    {"assessment", of.inspection},
                     {"serial", of.blade.substr(7)},
                     {"part_id", of.part.substr(6)}};
   }
@@ -74,6 +76,8 @@ void Fill(Message* message, const Names& names, const std::string& of_machine, i
            names, of_machine, depth + 1);
     }
     if (field->name() == "view") reflection.SetEnumValue(message, field, list::v1::VIEW_FULL);
+    if (field->name() == "format")
+      reflection.SetEnumValue(message, field, 1);  // of what is written as a file the first one
     if (field->cpp_type() != FieldDescriptor::CPPTYPE_STRING) continue;
     std::string text;
     if (field->name() == "request_id") text = storage::NewUuid();
@@ -218,8 +222,8 @@ TEST_F(ClearanceTest, NothingOfAHiddenPartComesOutOfAnyMethodToAnybody) {
                                "PlanAssessment"})
       EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     if (by.role != access::v1::ROLE_MACHINE) {
-      for (const char* method :
-           {"Recall", "GetRecordEntry", "GetBladeRecord", "GetStudy", "ListStudies", "ListEvents", "WatchEvents"})
+      for (const char* method : {"Recall", "GetRecordEntry", "GetBladeRecord", "GetStudy", "ListStudies", "ListEvents",
+                                 "WatchEvents", "WriteReport"})
         EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     }
     Unclear(database(), by.who, "customers/kappa");

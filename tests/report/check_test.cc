@@ -69,6 +69,27 @@ TEST(Check, ABladeIsConformOnlyIfAllOfItIs) {
   EXPECT_EQ(RefusalOf(report), "");
 }
 
+TEST(Check, WhatNobodyJudgesHasNoVerdictAndHidesNone) {
+  Report report = With(Good());
+  Characteristic chord;
+  chord.id = "chord", chord.unit = "mm", chord.value = 33.4, chord.judged = false;
+  report.sections.emplace_back().parameters = {chord};
+  report.verdict = Verdict::kConform;
+  EXPECT_EQ(RefusalOf(report), "");
+  report.groups.clear();
+  EXPECT_THAT(RefusalOf(report), HasSubstr("nothing was judged"));
+  report.verdict = Verdict::kNotMeasured;
+  report.sections[0].parameters[0].verdict = Verdict::kConform;
+  EXPECT_THAT(RefusalOf(report), HasSubstr("parameters[0].verdict: CONFORM, want none"));
+  report.sections[0].parameters[0] = chord;
+  report.sections[0].parameters[0].upper = 34;
+  EXPECT_THAT(RefusalOf(report), HasSubstr("parameters[0].limits"));
+  Hole hole;
+  hole.judged = false, hole.position_limit_mm = 0.1;
+  report.holes = {hole};
+  EXPECT_THAT(RefusalOf(report), HasSubstr("holes[0].limits"));
+}
+
 TEST(Check, NamesTheFieldOfNumbersThatNobodyCanTell) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   Characteristic c = Good();

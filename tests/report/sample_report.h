@@ -140,8 +140,8 @@ inline std::vector<Hole> VaneHoles() {
 
 inline Traceability VaneTraceability() {
   Traceability t;
-  t.result = "inspections/0198a3c0-0000-7000-8000-000000000001";
-  t.registration = "registrations/0198a3c0-0000-7000-8000-000000000abc";
+  t.results = {"inspections/0198a3c0-0000-7000-8000-000000000001"};
+  t.registrations = {"registrations/0198a3c0-0000-7000-8000-000000000abc"};
   t.method = "SIX_POINT";
   t.fit_state = "six datum points A1 to C1";
   t.machine = "mill-1, revision 7";

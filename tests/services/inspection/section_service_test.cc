@@ -7,17 +7,12 @@
 #include <cmath>
 #include <limits>
 
-#include "metrology/cloud/draco_codec.h"
-#include "metrology/mesh/mesh_bytes.h"
-#include "services/clients/scan_blocks.h"
 #include "services/inspection/section_messages.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
-#include "storage/blobs.h"
 #include "storage/record.h"
-#include "tests/metrology/sections/airfoils.h"
-#include "tests/services/correction/judged_plant.h"
+#include "tests/services/inspection/airfoil_plant.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -29,52 +24,8 @@ using ::testing::IsEmpty;
 constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 constexpr double kDeg = 180 / 3.14159265358979323846;
 
-// Without caps: a sheet with rims at both heights.
-metrology::TriangleMesh Extruded(const std::vector<Eigen::Vector2d>& polygon, double low_mm, double high_mm) {
-  metrology::TriangleMesh mesh;
-  const auto count = static_cast<std::uint32_t>(polygon.size());
-  for (const double height_mm : {low_mm, high_mm})
-    for (const Eigen::Vector2d& p : polygon) mesh.vertices_mm.emplace_back(p.x(), p.y(), height_mm);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t j = (i + 1) % count;
-    mesh.triangles.push_back({i, j, count + j});
-    mesh.triangles.push_back({i, count + j, count + i});
-  }
-  return mesh;
-}
-
 class SectionServiceTest : public ::testing::Test {
  protected:
-  SectionServiceTest() {
-    for (const std::string& scan : plant_.scans) plant_.registration.registration.add_scans(scan);
-    polygon_ = metrology::PolygonOf(blade_, 0.02);
-    plant_.plant.surface_bytes = metrology::MeshBytes(Extruded(polygon_, -15, 15));
-    plant_.plant.part.mutable_surface()->set_surface_sha256(storage::Sha256Hex(plant_.plant.surface_bytes));
-    std::mt19937_64 random(5);
-    metrology::Points points;
-    for (const double height_mm : {-6.0, 4.0, 8.0}) {
-      metrology::Measuring measuring;
-      measuring.noise_mm = 0;  // the scanner's own comes on top
-      measuring.form_mm = metrology::FourierForm(0.003, 2, 6, random);
-      const metrology::Points one = metrology::MeasuredOn(polygon_, measuring, random);
-      for (const Eigen::Vector3d& p : one) points.emplace_back(p.x(), p.y(), height_mm + p.z());
-    }
-    Scan(0, points, &random);
-  }
-
-  // That scan has those points instead; part frame.
-  void Scan(std::size_t scan, const metrology::Points& in_part_mm, std::mt19937_64* random) {
-    const auto seen = metrology::Scanned(plant_.block, plant_.block.b_deg[scan], in_part_mm, random);
-    const auto encoded = metrology::EncodeBlock(seen.points_mm, metrology::kDefaultErrorBoundMm);
-    ASSERT_TRUE(encoded.ok()) << encoded.status();
-    clients::PayloadsDigest digest;
-    digest.Add(encoded->bytes);
-    ingest::v1::Scan& record = plant_.ingest.scans[plant_.scans[scan]];
-    record.mutable_header()->set_point_count(static_cast<std::int64_t>(in_part_mm.size()));
-    record.set_sha256(digest.ToHex());
-    plant_.ingest.blocks[plant_.scans[scan]] = encoded->bytes;
-  }
-
   static v1::MeasureSectionsRequest Request(const std::vector<double>& heights_mm = {-6, 4, 8}) {
     v1::MeasureSectionsRequest request;
     request.set_registration(testing::kRegistration);
@@ -112,9 +63,7 @@ class SectionServiceTest : public ::testing::Test {
     return transaction->Execute("SELECT count(*) FROM " + table)->Int(0, 0);
   }
 
-  metrology::Blade blade_;  // 40 mm of arc, both ends round
-  std::vector<Eigen::Vector2d> polygon_;
-  testing::JudgedPlant plant_;
+  testing::AirfoilPlant plant_;
   SectionService service_{
       storage::SectionsIn(plant_.database.database()),
       std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
@@ -126,7 +75,7 @@ class SectionServiceTest : public ::testing::Test {
 TEST_F(SectionServiceTest, AreThoseOfTheClosedFormAndReadBackTheSame) {
   const auto measurement = Measure(Request());
   ASSERT_TRUE(measurement.ok()) << measurement.status();
-  const metrology::BladeTruth truth = metrology::TruthOf(blade_);
+  const metrology::BladeTruth truth = metrology::TruthOf(plant_.blade);
   ASSERT_EQ(measurement->sections_size(), 3);
   for (const v1::Section& section : measurement->sections()) {
     ASSERT_EQ(section.reason(), "");
