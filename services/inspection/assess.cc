@@ -43,6 +43,9 @@ bool StaysSo(const FoundValue& found, const CharacteristicLimits& limits, metrol
   return JudgeAll(found, limits, {}, found.open_by) == verdict;
 }
 
+// Of a surface that was not seen as far as was wanted, what was seen of it is no value of the tolerance.
+bool IsMeasured(const FoundValue& found) { return !found.values.empty() && found.verdict != v1::VERDICT_NOT_MEASURED; }
+
 void Judge(const FoundValue& found, const CharacteristicLimits& limits, const plant::v1::DecisionRule& rule,
            storage::CharacteristicFindingRow* row) {
   const ValueWithUncertainty& worst = WorstOf(found.values, limits);
@@ -85,9 +88,9 @@ class Assessor {
         row.result_index = static_cast<int>(i);
         row.method = MethodWord(result.method());
         if (!row.nominal) row.nominal = found->nominal;
-        if (!found->values.empty()) Judge(*found, limits, RuleOf(inputs_.drawing, characteristic), &row);
+        if (IsMeasured(*found)) Judge(*found, limits, RuleOf(inputs_.drawing, characteristic), &row);
         not_measured = found->reason;
-      } else if (!found->values.empty()) {
+      } else if (IsMeasured(*found)) {
         const ValueWithUncertainty& worst = WorstOf(found->values, limits);
         row.others.push_back(
             {static_cast<int>(i), MethodWord(result.method()), worst.value, worst.expanded_uncertainty});

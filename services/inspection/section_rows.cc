@@ -1,6 +1,7 @@
 #include "services/inspection/section_rows.h"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -22,6 +23,10 @@ using storage::SectionValueRow;
 constexpr double kTo_um = 1e3;
 constexpr double kTo_deg = 180 / 3.14159265358979323846;
 constexpr char kNoOutline[] = "no outline was found";
+constexpr char kBoundless[] = "boundless: what it is told of is straight";
+// What the record keeps: the circle of a straight edge has no radius.
+constexpr double kGreatest = 1e9;
+bool IsKept(double number) { return std::abs(number) < kGreatest; }
 
 // By SectionParameter's order.
 struct Told {
@@ -60,13 +65,17 @@ SectionValueRow ValueRowOf(const SectionFinding& finding, std::size_t i) {
   const auto parameter = static_cast<SectionParameter>(i);
   SectionValueRow row{kTold[i].parameter, kTold[i].unit, {}, {}, {}, {}, {}, {}, ""};
   const double scale = std::string(kTold[i].unit) == "DEG" ? kTo_deg : 1;
-  if (finding.nominal_values[parameter]) row.nominal = scale * *finding.nominal_values[parameter];
+  if (finding.nominal_values[parameter] && IsKept(scale * *finding.nominal_values[parameter]))
+    row.nominal = scale * *finding.nominal_values[parameter];
   if (!finding.measured) {
     row.reason = kNoOutline;
   } else if (!finding.values.values[parameter]) {
     row.reason = metrology::ReasonOf(finding.values.values.reason(parameter));
+  } else if (const metrology::ParameterUncertainty& u = finding.values.uncertainty(parameter);
+             !IsKept(scale * *finding.values.values[parameter]) || !IsKept(scale * u.expanded) ||
+             !IsKept(scale * u.by_noise) || !IsKept(scale * u.by_form) || !IsKept(scale * u.by_pose)) {
+    row.reason = kBoundless;
   } else {
-    const metrology::ParameterUncertainty& u = finding.values.uncertainty(parameter);
     row.value = scale * *finding.values.values[parameter];
     row.expanded_uncertainty = scale * u.expanded;
     row.by_noise = scale * u.by_noise;

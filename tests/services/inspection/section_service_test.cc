@@ -224,5 +224,28 @@ TEST_F(SectionServiceTest, WhatIsNotRecordedIsNotFound) {
   EXPECT_EQ(runtime::ReasonOf(missing), "SECTION_MEASUREMENT_NOT_FOUND") << missing;
 }
 
+// A plate without round ends, of whose sections only the top was seen: what has no bounds is told so, and recorded.
+TEST(SectionsOfABlock, AreRecordedWithWhatTheyHave) {
+  testing::JudgedPlant plant;
+  for (const std::string& scan : plant.scans) plant.registration.registration.add_scans(scan);
+  SectionService service(storage::SectionsIn(plant.database.database()),
+                         std::make_unique<Peers>(plant.Connect(), plant.Connect(), plant.Connect(), plant.Connect()),
+                         {});
+  testing::InProcessServer server({&service});
+  v1::MeasureSectionsRequest request;
+  request.set_registration(testing::kRegistration);
+  for (const double height_mm : {-5.0, -2.0}) {
+    v1::SectionPlane& plane = *request.add_sections();
+    plane.set_section("z " + std::to_string(static_cast<int>(height_mm)));
+    plane.mutable_origin_in_part_mm()->set_z_mm(height_mm);
+  }
+  v1::SectionMeasurement measurement;
+  const grpc::Status status = v1::SectionService::NewStub(server.Connect())
+                                  ->MeasureSections(runtime::ContextFor(60).get(), request, &measurement);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  for (const v1::Section& section : measurement.sections())
+    for (const v1::SectionValue& value : section.values()) EXPECT_NE(value.has_value(), !value.reason().empty());
+}
+
 }  // namespace
 }  // namespace sixpoint::inspection
