@@ -100,7 +100,7 @@ CREATE TABLE assessment_findings (
     AND octet_length(place) <= 200 AND name <> '' AND octet_length(name) <= 200 AND octet_length(reason) <= 1000),
   CONSTRAINT assessment_findings_verdict_known CHECK (verdict IN ('CONFORM', 'NOT_CONFORM', 'UNDECIDABLE', 'NOT_MEASURED')),
   CONSTRAINT assessment_findings_reasoned CHECK ((reason = '') = (verdict IN ('CONFORM', 'NOT_CONFORM'))),
-  CONSTRAINT assessment_findings_measured_or_not CHECK ((value IS NULL) = (expanded_uncertainty IS NULL)
+  CONSTRAINT assessment_findings_measured_or_not CHECK ((value IS NOT NULL OR expanded_uncertainty IS NULL)
     AND (value IS NOT NULL OR verdict = 'NOT_MEASURED') AND (value IS NULL OR result_index IS NOT NULL)
     AND (result_index IS NOT NULL OR method IS NULL)),
   CONSTRAINT assessment_findings_in_range CHECK (abs(nominal) < 1e9 AND abs(lower_limit) < 1e9 AND abs(upper_limit) < 1e9
@@ -120,7 +120,7 @@ COMMENT ON COLUMN assessment_findings.place IS 'The hole group, section or regio
 COMMENT ON COLUMN assessment_findings.unit IS 'Of the numbers of the row.';
 COMMENT ON COLUMN assessment_findings.lower_limit IS 'As the value is held against it: of a zone its border on that side; NULL: none.';
 COMMENT ON COLUMN assessment_findings.value IS 'NULL: not measured, see reason.';
-COMMENT ON COLUMN assessment_findings.expanded_uncertainty IS '95 %.';
+COMMENT ON COLUMN assessment_findings.expanded_uncertainty IS '95 %; NULL with the value, and where its instrument states none.';
 COMMENT ON COLUMN assessment_findings.guard_factor IS 'Of the expanded uncertainty, k = 2.';
 COMMENT ON COLUMN assessment_findings.result_index IS 'Which of the results has it; NULL: none.';
 COMMENT ON COLUMN assessment_findings.cure IS 'Of a blank''s that is out: whether a rigid motion brings it within its limits.';
@@ -303,7 +303,7 @@ COMMENT ON COLUMN read_v1.assessments.nominal IS 'As drawn, or of the CAD; NULL:
 COMMENT ON COLUMN read_v1.assessments.lower_limit IS 'What the value is held against; NULL: none.';
 COMMENT ON COLUMN read_v1.assessments.upper_limit IS 'As lower_limit.';
 COMMENT ON COLUMN read_v1.assessments.value IS 'As measured; NULL: not measured.';
-COMMENT ON COLUMN read_v1.assessments.expanded_uncertainty IS '95 %.';
+COMMENT ON COLUMN read_v1.assessments.expanded_uncertainty IS '95 %; NULL with the value, and where its instrument states none.';
 COMMENT ON COLUMN read_v1.assessments.characteristic_verdict IS 'CONFORM, NOT_CONFORM, UNDECIDABLE or NOT_MEASURED.';
 COMMENT ON COLUMN read_v1.assessments.decision_rule IS 'ISO_14253_1, SIMPLE_ACCEPTANCE or GUARD_FACTOR.';
 COMMENT ON COLUMN read_v1.assessments.decision_rule_edition IS 'Of ISO_14253_1, a year; NULL of the others.';

@@ -32,9 +32,12 @@ const ValueWithUncertainty& WorstOf(const std::vector<ValueWithUncertainty>& val
 metrology::Verdict JudgeAll(const FoundValue& found, const CharacteristicLimits& limits,
                             const metrology::DecisionRule& rule, double more) {
   auto worst = metrology::Verdict::kConform;
-  for (const ValueWithUncertainty& one : found.values)
-    worst = metrology::Worst(
-        worst, metrology::Judge(one.value, one.expanded_uncertainty + more, {limits.lower, limits.upper}, rule));
+  for (const ValueWithUncertainty& one : found.values) {
+    const bool decidable = one.expanded_uncertainty || rule.guard_factor == 0;
+    worst = metrology::Worst(worst, decidable ? metrology::Judge(one.value, one.expanded_uncertainty.value_or(0) + more,
+                                                                 {limits.lower, limits.upper}, rule)
+                                              : metrology::Verdict::kUndecidable);
+  }
   return worst;
 }
 
@@ -58,8 +61,10 @@ void Judge(const FoundValue& found, const CharacteristicLimits& limits, const pl
   }
   const metrology::Verdict verdict = JudgeAll(found, limits, KernelRuleOf(rule), 0);
   row->verdict = TextOf(verdict);
-  if (verdict == metrology::Verdict::kUndecidable)
-    row->reason = Rounded(worst.value) + " with U " + Rounded(worst.expanded_uncertainty) +
+  if (verdict == metrology::Verdict::kUndecidable && !worst.expanded_uncertainty)
+    row->reason = "its instrument states no uncertainty, which the decision rule asks for";
+  else if (verdict == metrology::Verdict::kUndecidable)
+    row->reason = Rounded(worst.value) + " with U " + Rounded(*worst.expanded_uncertainty) +
                   " is so near to a limit that the decision rule leaves it open";
   if (found.open_by > 0 && verdict != metrology::Verdict::kUndecidable && !StaysSo(found, limits, verdict)) {
     row->verdict = TextOf(metrology::Verdict::kUndecidable);

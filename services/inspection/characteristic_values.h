@@ -32,7 +32,8 @@ struct Feature {
 std::vector<Feature> FeaturesOf(const plant::v1::Characteristic& characteristic, const plant::v1::Part& part);
 
 struct ValueWithUncertainty {
-  double value = 0, expanded_uncertainty = 0;
+  double value = 0;
+  std::optional<double> expanded_uncertainty = {};  // none: its instrument states none
 };
 
 // What a result has of a characteristic at one feature.
