@@ -65,6 +65,7 @@ void AddCommands(Command* root, Session* session) {
   AddInspectionCommands(root, session);
   AddDeviationCommands(root, session);
   AddSectionCommands(root, session);
+  AddMeasurementCommands(root, session);
   AddExportCommand(root, session);
   AddFleetCommands(root, session);
   AddOpenCommand(root, session);

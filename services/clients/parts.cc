@@ -7,6 +7,7 @@
 #include "metrology/mesh/mesh_bytes.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "sixpoint/plant/v1/drawing.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "sixpoint/plant/v1/record.grpc.pb.h"
 
@@ -51,11 +52,13 @@ double GreatestPositionError_mm(const plant::v1::HoleGroup& group) {
 
 struct PlantClient::Stubs {
   std::unique_ptr<plant::v1::PlantService::Stub> plant;
+  std::unique_ptr<plant::v1::DrawingService::Stub> drawings;
   std::unique_ptr<plant::v1::RecordService::Stub> record;
 };
 
 PlantClient::PlantClient(const std::shared_ptr<grpc::Channel>& plant, std::size_t surface_bytes)
-    : stubs_(new Stubs{plant::v1::PlantService::NewStub(plant), plant::v1::RecordService::NewStub(plant)}),
+    : stubs_(new Stubs{plant::v1::PlantService::NewStub(plant), plant::v1::DrawingService::NewStub(plant),
+                       plant::v1::RecordService::NewStub(plant)}),
       surfaces_(std::make_unique<SurfaceCache>(surface_bytes)) {}
 PlantClient::~PlantClient() = default;
 
@@ -108,6 +111,16 @@ absl::StatusOr<std::string> PlantClient::FirstMachiningModelOf(const std::string
   const absl::Status status = runtime::FromGrpc(stubs_->plant->ListMachiningModels(context.get(), request, &page));
   if (!status.ok()) return status;
   return page.machining_models_size() == 0 ? "" : page.machining_models(0).name();
+}
+
+absl::StatusOr<plant::v1::Drawing> PlantClient::GetDrawing(const std::string& name,
+                                                           std::unique_ptr<grpc::ClientContext> context) const {
+  plant::v1::GetDrawingRequest request;
+  request.set_name(name);
+  plant::v1::Drawing drawing;
+  const absl::Status status = runtime::FromGrpc(stubs_->drawings->GetDrawing(context.get(), request, &drawing));
+  if (!status.ok()) return status;
+  return drawing;
 }
 
 absl::StatusOr<plant::v1::Blade> PlantClient::GetBlade(const std::string& name,

@@ -11,6 +11,7 @@
 
 #include "metrology/surface/surface.h"
 #include "services/clients/surface_cache.h"
+#include "sixpoint/plant/v1/drawing.pb.h"
 #include "sixpoint/plant/v1/plant.pb.h"
 #include "sixpoint/plant/v1/record.pb.h"
 
@@ -39,6 +40,9 @@ class PlantClient {
   // The first of the part's machining models by id, without its template; empty: it has none.
   absl::StatusOr<std::string> FirstMachiningModelOf(const std::string& part,
                                                     std::unique_ptr<grpc::ClientContext> context) const;
+  // name: with its revision, or without one the newest.
+  absl::StatusOr<plant::v1::Drawing> GetDrawing(const std::string& name,
+                                                std::unique_ptr<grpc::ClientContext> context) const;
   absl::StatusOr<plant::v1::Blade> GetBlade(const std::string& name,
                                             std::unique_ptr<grpc::ClientContext> context) const;
   // As the journal has it, of anything that was recorded.

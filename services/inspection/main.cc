@@ -4,6 +4,7 @@
 #include "services/inspection/efficacy_service.h"
 #include "services/inspection/export_service.h"
 #include "services/inspection/inspection_service.h"
+#include "services/inspection/measurement_service.h"
 #include "services/inspection/section_service.h"
 #include "services/inspection/value_service.h"
 #include "services/runtime/peers.h"
@@ -30,6 +31,9 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
                       std::make_unique<DeviationService>(storage::DeviationsIn(database), peers, compute_options)});
   services.push_back({v1::SectionService::service_full_name(),
                       std::make_unique<SectionService>(storage::SectionsIn(database), peers, compute_options)});
+  services.push_back({v1::MeasurementService::service_full_name(),
+                      std::make_unique<MeasurementService>(storage::MeasurementsIn(database),
+                                                           storage::MeasurementImportsIn(database), peers)});
   services.push_back(
       {v1::ExportService::service_full_name(),
        std::make_unique<ExportService>(storage::InspectionsIn(database), storage::DeviationsIn(database), peers)});
