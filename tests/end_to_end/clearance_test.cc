@@ -98,6 +98,8 @@ class ClearanceTest : public Door {
     PutMachiningModel(database(), &sigma_);
     PutDrawing(database(), &kappa_);
     PutDrawing(database(), &sigma_);
+    PutMeasurement(database(), &kappa_);
+    PutMeasurement(database(), &sigma_);
   }
   storage::Database* database() { return database_.database(); }
 
@@ -200,8 +202,8 @@ TEST_F(ClearanceTest, NothingOfAHiddenPartComesOutOfAnyMethodToAnybody) {
           "ListMachiningModels", "GetMachiningModel"})
       EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     if (by.role != access::v1::ROLE_MACHINE) {
-      for (const char* method :
-           {"Recall", "GetRecordEntry", "GetBladeRecord", "GetStudy", "ListStudies", "ListEvents", "WatchEvents"})
+      for (const char* method : {"Recall", "GetRecordEntry", "GetBladeRecord", "GetStudy", "ListStudies", "ListEvents",
+                                 "WatchEvents", "ListMeasurements", "GetMeasurement"})
         EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     }
     Unclear(database(), by.who, "customers/kappa");
