@@ -10,7 +10,7 @@ namespace sixpoint::metrology {
 
 // Of one blade, both in one unit. Of each characteristic and feature a blade has one.
 struct ValuePair {
-  std::string characteristic, feature;
+  std::string characteristic, feature, blade;
   double ours = 0, theirs = 0;
   std::optional<double> ours_expanded, theirs_expanded;  // 95 %; none: not stated
 };

@@ -7,6 +7,7 @@
 
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
+#include "services/inspection/unit_conversion.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::inspection {
@@ -18,29 +19,6 @@ using storage::MeasuredValueRow;
 
 constexpr double kGreatest = 1e9;
 constexpr std::size_t kMostLeftOut = 200, kMostNameBytes = 200, kMostReasonBytes = 1000;
-
-// By how much a number in the file's unit is multiplied, or divided, to be in the drawing's.
-struct Conversion {
-  double factor = 1, divisor = 1;
-  double Of(double value) const { return value * factor / divisor; }
-};
-
-std::optional<Conversion> ConversionTo(plant::v1::CharacteristicUnit unit, const std::string& from) {
-  const bool mm = from == "mm", um = from == "um" || from == "\xc2\xb5m" || from == "\xce\xbcm";
-  const bool deg = from == "deg" || from == "\xc2\xb0", ratio = from == "ratio" || from == "1";
-  switch (unit) {
-    case plant::v1::CHARACTERISTIC_UNIT_MM:
-      return mm ? std::optional<Conversion>({1, 1}) : um ? std::optional<Conversion>({1, 1000}) : std::nullopt;
-    case plant::v1::CHARACTERISTIC_UNIT_UM:
-      return mm ? std::optional<Conversion>({1000, 1}) : um ? std::optional<Conversion>({1, 1}) : std::nullopt;
-    case plant::v1::CHARACTERISTIC_UNIT_DEG:
-      return deg ? std::optional<Conversion>({1, 1}) : std::nullopt;
-    case plant::v1::CHARACTERISTIC_UNIT_RATIO:
-      return ratio ? std::optional<Conversion>({1, 1}) : std::nullopt;
-    default:
-      return std::nullopt;
-  }
-}
 
 const char* WantedOf(plant::v1::CharacteristicUnit unit) {
   return unit == plant::v1::CHARACTERISTIC_UNIT_DEG     ? "deg"

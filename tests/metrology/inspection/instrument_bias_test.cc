@@ -13,7 +13,7 @@ using ::testing::SizeIs;
 
 ValuePair Pair(double ours, double theirs, std::optional<double> ours_expanded, std::optional<double> theirs_expanded,
                const std::string& characteristic = "1", const std::string& feature = "") {
-  return {characteristic, feature, ours, theirs, ours_expanded, theirs_expanded};
+  return {characteristic, feature, "SN-1", ours, theirs, ours_expanded, theirs_expanded};
 }
 
 TEST(InstrumentBias, IsTheMeanDifferenceWithStudentsAndBothStatements) {
