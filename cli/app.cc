@@ -67,6 +67,7 @@ void AddCommands(Command* root, Session* session) {
   AddSectionCommands(root, session);
   AddAssessCommand(root, session);
   AddAssessmentCommands(root, session);
+  AddMeasurementCommands(root, session);
   AddExportCommand(root, session);
   AddReportCommands(root, session);
   AddFleetCommands(root, session);

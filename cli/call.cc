@@ -22,6 +22,7 @@
 #include "sixpoint/inspection/v1/efficacy.grpc.pb.h"
 #include "sixpoint/inspection/v1/export.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
+#include "sixpoint/inspection/v1/measurement.grpc.pb.h"
 #include "sixpoint/inspection/v1/report.grpc.pb.h"
 #include "sixpoint/inspection/v1/section.grpc.pb.h"
 #include "sixpoint/inspection/v1/value.grpc.pb.h"
@@ -64,6 +65,7 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
            {"inspection", inspection::v1::DeviationService::service_full_name()},
            {"inspection", inspection::v1::AssessmentService::service_full_name()},
            {"inspection", inspection::v1::SectionService::service_full_name()},
+           {"inspection", inspection::v1::MeasurementService::service_full_name()},
            {"inspection", inspection::v1::ExportService::service_full_name()},
            {"inspection", inspection::v1::ReportService::service_full_name()},
            {"inspection", inspection::v1::DispositionService::service_full_name()},

@@ -36,6 +36,7 @@ void AddCorrectionCommands(Command* app, Session* session);
 void AddInspectCommand(Command* app, Session* session);
 void AddInspectionCommands(Command* app, Session* session);
 void AddDeviationCommands(Command* app, Session* session);
+void AddMeasurementCommands(Command* app, Session* session);
 void AddSectionCommands(Command* app, Session* session);
 void AddAssessCommand(Command* app, Session* session);
 void AddAssessmentCommands(Command* app, Session* session);

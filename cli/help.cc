@@ -23,7 +23,7 @@ const std::vector<Group>& Groups() {
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades",
        {"plan", "register", "registration", "correct", "correction", "inspect", "inspection", "deviation", "section",
-        "assess", "assessment"}},
+        "measurement", "assess", "assessment"}},
       {"Record", {"recall", "trace", "values", "report", "export", "efficacy", "replay", "rejudge", "ledger"}},
       {"Watching", {"open", "fleet", "events", "webhook"}},
       {"Besides", {"plant", "call", "completion"}},
@@ -157,6 +157,15 @@ constexpr Example kExamples[] = {
     {"section measure",
      "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --heights 320,330,340\n"
      "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --planes sections.yaml --reference 'root'"},
+    {"measurement import",
+     "sixpoint measurement import sn-1.qif --drawing block-1 --instrument-kind cmm --instrument-manufacturer Zeiss "
+     "--instrument-model Prismo "
+     "--instrument-serial-number 4711\n"
+     "sixpoint measurement import lot.csv --drawing block-1@2 --instrument-kind ct --instrument-manufacturer Acme "
+     "--instrument-model X1 "
+     "--instrument-serial-number 9 --position-zone diameter --uncertainty-um 12 --uncertainty-basis 'VDI/VDE 2630-2.1, "
+     "report 8'"},
+    {"measurement list", "sixpoint measurement list --part block-1 --instrument-serial-number 4711"},
     {"section outlines", "sixpoint section outlines 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.csv"},
     {"assess",
      "sixpoint assess --blade SN-1 --drawing vane-7 --scans sn1_pins_1,sn1_pins_2\n"

@@ -99,7 +99,8 @@ void ListFilters::Add(Command* list, const FieldDescriptor* field) {
 absl::Status ListFilters::SetText(const Filter& filter, Message* request) const {
   const std::string& name = filter.field->name();
   std::string value = filter.text;
-  if (name == "blade" || name == "machine" || name == "part") value = NameText(name + "s", filter.text);
+  if (name == "blade" || name == "machine" || name == "part" || name == "drawing")
+    value = NameText(name + "s", filter.text);
   if (name == "calibration") value = CalibrationNameText(filter.text);
   if (name == "subject") {
     absl::StatusOr<std::string> subject = SubjectNameText("--subject", filter.text);

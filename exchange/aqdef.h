@@ -22,13 +22,13 @@ absl::StatusOr<std::string> ToAqdef(const std::vector<InspectedPart>& parts);
 
 inline constexpr std::size_t kMostAqdefBytes = 32 << 20;
 inline constexpr std::size_t kMostAqdefCharacteristics = 20000;
-// Characteristics times parts, of one file.
+// Characteristics times parts, of one file: what they take in memory, which may be far more than the file.
 inline constexpr std::size_t kMostAqdefValues = 1000000;
 
 // What a file tells; the values of one serial number and time are one part, in the order of the file, and where it tells neither, the n-th
 // values of each characteristic are. A block without values is one part that was not measured. `unit` is as the file has it, empty where it
 // tells none. A value without our K0009 is undecidable, for the file judges none. Catalogues (K4xxx), groups (K5xxx) and charts (K8xxx)
 // are passed over. INVALID_ARGUMENT names the line.
-absl::StatusOr<std::vector<InspectedPart>> FromAqdef(std::string_view file);
+absl::StatusOr<std::vector<InspectedPart>> FromAqdef(std::string_view file, std::size_t most_values = kMostAqdefValues);
 
 }  // namespace sixpoint::exchange

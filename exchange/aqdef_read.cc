@@ -51,6 +51,8 @@ std::string_view CutBefore(std::string_view* text, std::string_view end) {
 
 class Reader {
  public:
+  explicit Reader(std::size_t most_values) : most_values_(most_values) {}
+
   absl::StatusOr<std::vector<InspectedPart>> Read(std::string_view file) {
     for (std::size_t number = 1; !file.empty(); ++number) {
       std::string_view line = CutBefore(&file, "\n");
@@ -216,6 +218,7 @@ class Reader {
     const bool valid = attribute.empty() || attribute == "0";
     if (valid && ReadText(text, unit, &value)) return value;
     value.verdict = Verdict::kUndecidable;
+    value.does_not_count = !valid;
     value.reason = !valid ? "K0002 " + std::string(attribute) : Or(text, kNoVerdict);
     return value;
   }
@@ -243,9 +246,9 @@ class Reader {
         const auto [place, is_new] =
             part_of.emplace(std::make_tuple(serial, time, times[{serial, time}]++), parts->size());
         if (is_new) {
-          if (cells_ += bare.values.size(); cells_ > kMostAqdefValues)
+          if (cells_ += bare.values.size(); cells_ > most_values_)
             return Refuse("values", "more",
-                          "at most " + std::to_string(kMostAqdefValues) + " characteristics of all parts");
+                          "at most " + std::to_string(most_values_) + " characteristics of all parts");
           parts->push_back(bare);
         }
         if (const absl::Status status = ReadRecord(record, i, &(*parts)[place->second]); !status.ok())
@@ -273,6 +276,7 @@ class Reader {
     return absl::OkStatus();
   }
 
+  const std::size_t most_values_;
   std::optional<int> count_;
   int block_ = 0;  // whose characteristics follow
   std::map<int, Block> blocks_;
@@ -283,10 +287,10 @@ class Reader {
 
 }  // namespace
 
-absl::StatusOr<std::vector<InspectedPart>> FromAqdef(std::string_view file) {
+absl::StatusOr<std::vector<InspectedPart>> FromAqdef(std::string_view file, std::size_t most_values) {
   if (file.size() > kMostAqdefBytes)
     return Refuse("file", std::to_string(file.size()) + " bytes", "at most " + std::to_string(kMostAqdefBytes));
-  return Reader().Read(file);
+  return Reader(most_values).Read(file);
 }
 
 }  // namespace sixpoint::exchange

@@ -2,6 +2,7 @@
 
 #include <iterator>
 
+#include "exchange/csv_rows.h"
 #include "exchange/text.h"
 #include "exchange/verdicts.h"
 #include "refusal/message_text.h"
@@ -35,9 +36,6 @@ enum Column {
   kMethod,
   kColumns
 };
-constexpr std::string_view kFormula = "=+-@\t\r\n'";
-
-bool IsGuarded(std::string_view text) { return !text.empty() && kFormula.find(text.front()) != std::string_view::npos; }
 
 std::string Quoted(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -46,47 +44,7 @@ std::string Quoted(const std::string& text) {
   return quoted + "\"";
 }
 std::string Text(const std::string& text) { return Quoted(IsGuarded(text) ? "'" + text : text); }
-std::string Unguarded(const std::string& cell) {
-  return cell.size() > 1 && cell.front() == '\'' && IsGuarded(std::string_view(cell).substr(1)) ? cell.substr(1) : cell;
-}
 std::string Number(const std::optional<double>& number) { return number ? NumberText(*number) : ""; }
-
-// The cells of the next row, with quotes and guards as they stand in them taken off; it takes the row off the file.
-absl::StatusOr<std::vector<std::string>> NextRow(std::string_view* file) {
-  std::vector<std::string> cells(1);
-  std::size_t i = 0;
-  bool quoted = false;
-  for (; i < file->size(); ++i) {
-    const char c = (*file)[i];
-    if (quoted) {
-      if (c != '"') {
-        cells.back() += c;
-      } else if (i + 1 < file->size() && (*file)[i + 1] == '"') {
-        cells.back() += '"';
-        ++i;
-      } else {
-        quoted = false;
-        if (i + 1 < file->size() && std::string_view(",\r\n").find((*file)[i + 1]) == std::string_view::npos)
-          return Refuse("cell", cells.back(), "a comma or an end of line after a quote");
-      }
-    } else if (c == '"' && cells.back().empty()) {
-      quoted = true;
-    } else if (c == ',') {
-      if (cells.size() == kColumns) return Refuse("cells", "more", std::to_string(kColumns) + " of them");
-      cells.emplace_back();
-    } else if (c == '\n') {
-      ++i;
-      break;
-    } else if (c != '\r') {
-      cells.back() += c;
-    }
-  }
-  if (quoted) return Refuse("cell", cells.back(), "a quote that ends");
-  if (cells.size() != kColumns)
-    return Refuse("cells", std::to_string(cells.size()), std::to_string(kColumns) + " of them");
-  file->remove_prefix(i);
-  return cells;
-}
 
 absl::Status ReadNumber(const char* column, const std::string& cell, std::optional<double>* number) {
   if (cell.empty()) return absl::OkStatus();
@@ -157,7 +115,7 @@ std::string ToCsv(const InspectedPart& part) {
   return rows;
 }
 
-absl::StatusOr<std::vector<InspectedPart>> FromCsv(std::string_view file) {
+absl::StatusOr<std::vector<InspectedPart>> FromCsv(std::string_view file, std::size_t most_rows) {
   if (file.size() > kMostCsvBytes)
     return Refuse("file", std::to_string(file.size()) + " bytes", "at most " + std::to_string(kMostCsvBytes));
   const std::string_view head = std::string_view(kHead).substr(0, sizeof kHead - 3);
@@ -167,9 +125,11 @@ absl::StatusOr<std::vector<InspectedPart>> FromCsv(std::string_view file) {
   std::vector<InspectedPart> parts;
   for (std::size_t row = 1; !file.empty(); ++row) {
     const std::string at = "row " + std::to_string(row) + ": ";
-    if (row > kMostCsvRows) return Refuse("file", "more rows", "at most " + std::to_string(kMostCsvRows));
-    const auto cells = NextRow(&file);
+    if (row > most_rows) return Refuse("file", "more rows", "at most " + std::to_string(most_rows));
+    const auto cells = NextCsvRow(&file, kColumns);
     if (!cells.ok()) return Under(at, cells.status());
+    if (cells->size() != kColumns)
+      return Under(at, Refuse("cells", std::to_string(cells->size()), std::to_string(kColumns) + " of them"));
     auto part = ReadPart(*cells);
     if (!part.ok()) return Under(at, part.status());
     if (parts.empty() || !IsSamePart(parts.back(), *part)) parts.push_back(*std::move(part));

@@ -23,6 +23,6 @@ inline constexpr std::size_t kMostCsvRows = 1000000;
 
 // What rows under that head tell: those that follow each other with one result, serial number and time are one part, its verdict the worst of
 // them. INVALID_ARGUMENT names the row.
-absl::StatusOr<std::vector<InspectedPart>> FromCsv(std::string_view file);
+absl::StatusOr<std::vector<InspectedPart>> FromCsv(std::string_view file, std::size_t most_rows = kMostCsvRows);
 
 }  // namespace sixpoint::exchange

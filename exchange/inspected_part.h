@@ -40,6 +40,8 @@ struct MeasuredValue {
   std::optional<double> worst_negative, worst_positive;
   Verdict verdict = Verdict::kNotMeasured;
   std::string reason;  // why it was not measured, or why nothing is said; else empty
+  bool does_not_count =
+      false;  // read only: whoever measured it says that the value is none (QIF SYSERROR, AQDEF K0002)
 };
 
 struct InspectedPart {

@@ -364,6 +364,7 @@ class Reader {
       if (told != Verdict::kNotMeasured && value->reason.empty()) value->reason = status + " without a value";
       return;
     }
+    value->does_not_count = status == "SYSERROR";
     value->verdict = !told || *told == Verdict::kNotMeasured ? Verdict::kUndecidable : *told;
     if (value->reason.empty() && QifStatus(value->verdict) != status) value->reason = "status " + status;
   }

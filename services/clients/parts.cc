@@ -52,13 +52,13 @@ double GreatestPositionError_mm(const plant::v1::HoleGroup& group) {
 
 struct PlantClient::Stubs {
   std::unique_ptr<plant::v1::PlantService::Stub> plant;
-  std::unique_ptr<plant::v1::RecordService::Stub> record;
   std::unique_ptr<plant::v1::DrawingService::Stub> drawings;
+  std::unique_ptr<plant::v1::RecordService::Stub> record;
 };
 
 PlantClient::PlantClient(const std::shared_ptr<grpc::Channel>& plant, std::size_t surface_bytes)
-    : stubs_(new Stubs{plant::v1::PlantService::NewStub(plant), plant::v1::RecordService::NewStub(plant),
-                       plant::v1::DrawingService::NewStub(plant)}),
+    : stubs_(new Stubs{plant::v1::PlantService::NewStub(plant), plant::v1::DrawingService::NewStub(plant),
+                       plant::v1::RecordService::NewStub(plant)}),
       surfaces_(std::make_unique<SurfaceCache>(surface_bytes)) {}
 PlantClient::~PlantClient() = default;
 

@@ -6,6 +6,7 @@
 #include "services/inspection/efficacy_service.h"
 #include "services/inspection/export_service.h"
 #include "services/inspection/inspection_service.h"
+#include "services/inspection/measurement_service.h"
 #include "services/inspection/report_service.h"
 #include "services/inspection/section_service.h"
 #include "services/inspection/value_service.h"
@@ -51,6 +52,9 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   services.push_back({v1::ExportService::service_full_name(),
                       std::make_unique<ExportService>(storage::InspectionsIn(database), storage::DeviationsIn(database),
                                                       storage::AssessmentsIn(database), peers)});
+  services.push_back({v1::MeasurementService::service_full_name(),
+                      std::make_unique<MeasurementService>(storage::MeasurementsIn(database),
+                                                           storage::MeasurementImportsIn(database), peers)});
   services.push_back(
       {v1::ReportService::service_full_name(),
        std::make_unique<ReportService>(

@@ -27,6 +27,7 @@ std::size_t GreatestRequest_bytes(const google::protobuf::MethodDescriptor& meth
       {"sixpoint.calibration.v1.StudyService.RunSphereCheck", 4 * kMib},           // 100,000 points
       {"sixpoint.correction.v1.CorrectionService.Correct", 2 * kMib},              // a template of a program
       {"sixpoint.correction.v1.CorrectionService.CorrectScans", 2 * kMib},         // the same
+      {"sixpoint.inspection.v1.MeasurementService.ImportMeasurements", 5 * kMib},  // 4 MiB of a file
       {"sixpoint.registration.v1.RegistrationService.RegisterBatch", 8 * kMib},    // 1000 requests
   };
   const auto found = kGreater->find(method.full_name());

@@ -103,6 +103,7 @@ class ClearanceTest : public Door {
     for (CustomersPart* const part : {&kappa_, &sigma_}) {
       PutDrawing(database(), part);
       PutAssessment(database(), part);
+      PutMeasurement(database(), part);
     }
   }
   storage::Database* database() { return database_.database(); }
@@ -223,7 +224,7 @@ TEST_F(ClearanceTest, NothingOfAHiddenPartComesOutOfAnyMethodToAnybody) {
       EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     if (by.role != access::v1::ROLE_MACHINE) {
       for (const char* method : {"Recall", "GetRecordEntry", "GetBladeRecord", "GetStudy", "ListStudies", "ListEvents",
-                                 "WatchEvents", "WriteReport"})
+                                 "WatchEvents", "WriteReport", "ListMeasurements", "GetMeasurement"})
         EXPECT_EQ(cleared.methods_that_told.count(std::string(method) + " by " + by.who), 1u) << method;
     }
     Unclear(database(), by.who, "customers/kappa");

@@ -10,6 +10,7 @@
 #include "storage/corrections.h"
 #include "storage/deviations.h"
 #include "storage/inspections.h"
+#include "storage/measurements.h"
 #include "storage/plant_store.h"
 #include "storage/record.h"
 #include "storage/registrations.h"
@@ -81,6 +82,10 @@ class ClearancesTest : public ::testing::Test {
     SectionFilter sections;
     sections.reader = reader;
     for (const auto& row : Listed(SectionsIn(plant())->List(sections, 0, 100, Soon()))) add("section", row.part_id);
+    MeasurementFilter measurements;
+    measurements.reader = reader;
+    for (const auto& row : Listed(MeasurementsIn(plant())->List(measurements, 0, 100, Soon())))
+      add("measurement", row.blade_serial);
     StudyFilter studies;
     studies.reader = reader;
     for (const StudyRow& row : Listed(ListStudies(t, studies, 0, 100))) add("study", row.inputs.front().substr(6));
@@ -96,7 +101,7 @@ class ClearancesTest : public ::testing::Test {
     std::set<std::string> all;
     for (const std::string& word : words)
       for (const char* list : {"part", "blade", "scan", "registration", "correction", "inspection", "deviation",
-                               "section", "study", "recall of registration", "recall of correction",
+                               "section", "measurement", "study", "recall of registration", "recall of correction",
                                "recall of inspection", "recall of deviation", "recall of section"})
         all.insert(std::string(list) + " " + word);
     if (studies > 0) all.insert("recall study");
@@ -143,12 +148,20 @@ class ClearancesTest : public ::testing::Test {
     return done.ok() ? *done : std::nullopt;
   }
 
+  // With what is put apart.
+  CustomersPart Put(const std::string& word, bool has_customer) {
+    CustomersPart part = PutCustomersPart(plant(), word, has_customer, calibrations_);
+    sixpoint::testing::PutDrawing(plant(), &part);
+    sixpoint::testing::PutMeasurement(plant(), &part);
+    return part;
+  }
+
   ThrowawayDatabase database_;
   MachinesCalibrations calibrations_ = PutCalibratedMachine(database_.database());
 };
 
 TEST_F(ClearancesTest, WithoutCustomersNothingIsHidden) {
-  const CustomersPart open = PutCustomersPart(plant(), "open", false, calibrations_);
+  const CustomersPart open = Put("open", false);
   EXPECT_EQ(WordsSeenBy(kJane), AllOf({"open"}, 1));
   EXPECT_EQ(WordsSeenBy(Reader()), AllOf({"open"}, 1));
   EXPECT_FALSE(Hidden(kJane, open.names()).has_value());
@@ -156,8 +169,8 @@ TEST_F(ClearancesTest, WithoutCustomersNothingIsHidden) {
 }
 
 TEST_F(ClearancesTest, EachListAndRecallGivesWhatIsClearedAndNothingElse) {
-  for (const char* word : {"kappa", "sigma"}) PutCustomersPart(plant(), word, true, calibrations_);
-  PutCustomersPart(plant(), "open", false, calibrations_);
+  for (const char* word : {"kappa", "sigma"}) Put(word, true);
+  Put("open", false);
   EXPECT_EQ(WordsSeenBy(Reader::Everything()), AllOf({"kappa", "sigma", "open"}, 3));
   EXPECT_EQ(WordsSeenBy(kJane), AllOf({"open"}, 1));
   EXPECT_EQ(WordsSeenBy(Reader()), AllOf({"open"}, 1)) << "who is not named sees what is everybody's";
@@ -174,8 +187,8 @@ TEST_F(ClearancesTest, EachListAndRecallGivesWhatIsClearedAndNothingElse) {
 }
 
 TEST_F(ClearancesTest, EachNameIsOfItsPart) {
-  const CustomersPart kappa = PutCustomersPart(plant(), "kappa", true, calibrations_);
-  const CustomersPart open = PutCustomersPart(plant(), "open", false, calibrations_);
+  const CustomersPart kappa = Put("kappa", true);
+  const CustomersPart open = Put("open", false);
   std::vector<std::string> hidden = kappa.names(), seen = open.names();
   hidden.insert(hidden.end(), {"parts/kappa-part@1", "parts/kappa-part@9"});
   seen.insert(seen.end(), {"parts/open-part@1", "machines/m1", "machines/m1@1", calibrations_.sensor});

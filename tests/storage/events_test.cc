@@ -91,9 +91,10 @@ TEST_F(EventsTest, EveryEntryComesOnceInTheJournalsOrderWhateverThePagesSize) {
 TEST_F(EventsTest, TheKindsAreThoseThatAnEntryMayHave) {
   const absl::StatusOr<JournalNow> now = events_->Now(Soon());
   ASSERT_TRUE(now.ok()) << now.status();
-  for (const char* kind : {"machine", "artefact", "part", "blade", "scan", "calibration", "registration", "correction",
-                           "inspection", "deletion", "release", "withdrawal", "study", "policy", "refusal", "fetch",
-                           "cut", "machining_model", "drawing"})
+  for (const char* kind :
+       {"machine",    "artefact",   "part",     "blade",           "scan",       "calibration", "registration",
+        "correction", "inspection", "deletion", "release",         "withdrawal", "study",       "policy",
+        "refusal",    "fetch",      "cut",      "machining_model", "drawing",    "measurement"})
     EXPECT_THAT(now->kinds, Contains(kind));
   EXPECT_THAT(now->kinds, Not(Contains("text")));
 }

@@ -149,16 +149,19 @@ class ReadModelsTest : public ::testing::Test {
                                    calibrations);
     ASSERT_TRUE(transaction->Commit().ok());
   }
-  // Of a part that everybody sees, too.
+  // Of a part that everybody sees, too, and what another instrument measured by them.
   static void PutDrawings() {
     for (auto* const part : {&acme_, &zeta_}) {
       sixpoint::testing::PutDrawing(plant_->database(), part);
       sixpoint::testing::PutAssessment(plant_->database(), part);
+      sixpoint::testing::PutMeasurement(plant_->database(), part);
     }
     auto transaction = plant_->database()->Begin(Soon());
-    const auto seeded = transaction->Execute("SELECT part_id FROM parts WHERE part_id LIKE 'SEED-%' LIMIT 1");
+    const auto seeded =
+        transaction->Execute("SELECT part_id, blade_serial FROM blades WHERE part_id LIKE 'SEED-%' LIMIT 1");
     ASSERT_TRUE(seeded.ok() && seeded->count() == 1) << seeded.status();
-    sixpoint::testing::PutDrawingOf(*transaction, seeded->Text(0, 0), "SEED-drawing");
+    const std::string drawing = sixpoint::testing::PutDrawingOf(*transaction, seeded->Text(0, 0), "SEED-drawing");
+    sixpoint::testing::PutMeasurementOf(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), drawing);
     ASSERT_TRUE(transaction->Commit().ok());
   }
   static void TearDownTestSuite() { plant_.reset(); }
@@ -305,7 +308,8 @@ TEST_F(ReadModelsTest, AFunctionOfTheReadersSeesNoHiddenRow) {
         "corrections WHERE pg_temp.leak(blade_serial)", "correction_holes WHERE pg_temp.leak(blade_serial)",
         "inspections WHERE pg_temp.leak(blade_serial)", "characteristics WHERE pg_temp.leak(blade_serial)",
         "drawings WHERE pg_temp.leak(drawing_id)", "drawing_characteristics WHERE pg_temp.leak(drawing_id)",
-        "events WHERE pg_temp.leak(name)", "edges WHERE pg_temp.leak(input_name)", "edges WHERE pg_temp.leak(name)",
+        "measurements WHERE pg_temp.leak(blade_serial)", "events WHERE pg_temp.leak(name)",
+        "edges WHERE pg_temp.leak(input_name)", "edges WHERE pg_temp.leak(name)",
         "recall('machines/m1') WHERE pg_temp.leak(name)", "events_after(0, 100000) WHERE pg_temp.leak(name)"})
     EXPECT_EQ(Ask(*reader, std::string("SELECT 1 FROM read_v1.") + of, leak).refusal, "") << of;
   // That the function tells what it sees.

@@ -11,6 +11,7 @@
 #include "storage/drawings.h"
 #include "storage/inspections.h"
 #include "storage/machining_models.h"
+#include "storage/measurements.h"
 #include "storage/plant_registry.h"
 #include "storage/registrations.h"
 #include "storage/retention.h"
@@ -312,6 +313,39 @@ void PutAssessment(storage::Database* database, CustomersPart* part) {
   Decided(database, [&](storage::Transaction& transaction) {
     part->assessment =
         PutAssessmentOf(transaction, IdOf(part->part), IdOf(part->blade), part->drawing, part->deviation, part->word);
+  });
+}
+
+std::string PutMeasurementOf(storage::Transaction& transaction, const std::string& part_id,
+                             const std::string& blade_serial, const std::string& drawing) {
+  storage::MeasurementRow row;
+  row.measurement_id = storage::NewUuid();
+  row.blade_serial = blade_serial;
+  row.measured_at = storage::Instant(std::chrono::seconds(1'795'000'000));
+  row.file.drawing_id = IdOf(drawing);
+  row.file.drawing_revision = 1;
+  row.file.part_id = part_id;
+  row.file.instrument = {"CMM", "Acme", "C-1", "instrument of " + blade_serial, "certificate 7"};
+  row.file.format = "CSV";
+  row.file.sha256 = std::string(64, '0');
+  row.file.lengths_expanded_uncertainty_um = 2;
+  row.file.uncertainty_basis = "ISO 15530-3";
+  row.file.software_version = "test";
+  row.values = {{"1", "", "MM", "", 30.02, 0.002, ""}};
+  row.left_out = {"left out of " + blade_serial};
+  row.left_out_count = 1;
+  storage::MeasurementImport import;
+  import.requested_by = "users/maker";
+  import.measurements = {row};
+  storage::RecordEntry entry = EntryOfM1("", {}, "");
+  entry.machine.reset();
+  Must(storage::InsertMeasurements(transaction, import, entry));
+  return "measurements/" + row.measurement_id;
+}
+
+void PutMeasurement(storage::Database* database, CustomersPart* part) {
+  Decided(database, [&](storage::Transaction& transaction) {
+    part->measurement = PutMeasurementOf(transaction, IdOf(part->part), IdOf(part->blade), part->drawing);
   });
 }
 

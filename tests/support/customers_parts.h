@@ -14,6 +14,7 @@ struct CustomersPart {
   std::string machining_model;  // by PutMachiningModel alone
   std::string drawing;          // by PutDrawing alone
   std::string assessment;       // by PutAssessment alone
+  std::string measurement;      // by PutMeasurement alone
 
   std::vector<std::string> names() const {
     std::vector<std::string> all = {part,       blade,     scan,     registration, correction,
@@ -21,6 +22,7 @@ struct CustomersPart {
     if (!machining_model.empty()) all.push_back(machining_model);
     if (!drawing.empty()) all.push_back(drawing);
     if (!assessment.empty()) all.push_back(assessment);
+    if (!measurement.empty()) all.push_back(measurement);
     return all;
   }
 };
@@ -40,6 +42,11 @@ void PutMachiningModel(storage::Database* database, CustomersPart* part);
 void PutDrawing(storage::Database* database, CustomersPart* part);
 // A drawing of the part's first revision: something of everything that one consists of. Gives its name.
 std::string PutDrawingOf(storage::Transaction& transaction, const std::string& part_id, const std::string& drawing_id);
+// What another instrument measured of that part's blade, by its drawing, which has to be there.
+void PutMeasurement(storage::Database* database, CustomersPart* part);
+// Of such a drawing's only characteristic. Gives the measurement's name.
+std::string PutMeasurementOf(storage::Transaction& transaction, const std::string& part_id,
+                             const std::string& blade_serial, const std::string& drawing);
 // A deviation map of a blade: of one patch, which was seen and is within its profile tolerance, CHARACTERISTIC. Gives its name.
 std::string PutDeviation(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
                          const std::string& registration, const std::string& characteristic,

@@ -1,0 +1,20 @@
+// Rows of CSV (RFC 4180), and the apostrophes before what a spreadsheet would take for a formula.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sixpoint::exchange {
+
+// A spreadsheet would take it for a formula, or it begins with an apostrophe.
+bool IsGuarded(std::string_view text);
+// Without the apostrophe before such a text.
+std::string Unguarded(const std::string& cell);
+
+// The cells of the next row, with quotes as they stand in them taken off; it takes the row off the file.
+absl::StatusOr<std::vector<std::string>> NextCsvRow(std::string_view* file, std::size_t most_cells);
+
+}  // namespace sixpoint::exchange
