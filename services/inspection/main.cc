@@ -31,9 +31,10 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
                       std::make_unique<DeviationService>(storage::DeviationsIn(database), peers, compute_options)});
   services.push_back({v1::SectionService::service_full_name(),
                       std::make_unique<SectionService>(storage::SectionsIn(database), peers, compute_options)});
-  services.push_back({v1::MeasurementService::service_full_name(),
-                      std::make_unique<MeasurementService>(storage::MeasurementsIn(database),
-                                                           storage::MeasurementImportsIn(database), peers)});
+  services.push_back(
+      {v1::MeasurementService::service_full_name(),
+       std::make_unique<MeasurementService>(storage::MeasurementsIn(database), storage::MeasurementImportsIn(database),
+                                            OurValuesOf(storage::AssessmentsIn(database)), peers)});
   services.push_back(
       {v1::ExportService::service_full_name(),
        std::make_unique<ExportService>(storage::InspectionsIn(database), storage::DeviationsIn(database), peers)});
