@@ -165,6 +165,9 @@ constexpr Example kExamples[] = {
      "--instrument-model X1 "
      "--instrument-serial-number 9 --position-zone diameter --uncertainty-um 12 --uncertainty-basis 'VDI/VDE 2630-2.1, "
      "report 8'"},
+    {"measurement compare",
+     "sixpoint measurement compare block-1 --instrument-serial-number 4711\n"
+     "sixpoint measurement compare block-1@2 --since 2026-11-01 --json"},
     {"measurement list", "sixpoint measurement list --part block-1 --instrument-serial-number 4711"},
     {"section outlines", "sixpoint section outlines 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.csv"},
     {"assess",

@@ -11,6 +11,7 @@
 namespace sixpoint::cli {
 namespace {
 
+using inspection::v1::CompareMeasurementsResponse;
 using inspection::v1::ImportMeasurementsRequest;
 using inspection::v1::ImportMeasurementsResponse;
 using inspection::v1::MeasuredCharacteristic;
@@ -195,6 +196,43 @@ absl::Status Show(Session* session, const std::string& id) {
   return absl::OkStatus();
 }
 
+std::string ComparedText(const CompareMeasurementsResponse& compared) {
+  if (compared.biases().empty()) return "no blade has values of both by " + compared.drawing() + "\n";
+  Table table({"no.", "name", "of", "unit", ">blades", ">ours - theirs", ">U", ">spread", "verdict"});
+  for (const inspection::v1::InstrumentBias& bias : compared.biases())
+    table.AddRow({bias.characteristic(), bias.name(), bias.feature(), UnitText(bias.unit()),
+                  std::to_string(bias.pairs_size()), Significant(bias.bias()),
+                  bias.has_expanded_uncertainty() ? Significant(bias.expanded_uncertainty()) : "",
+                  bias.has_standard_deviation() ? Significant(bias.standard_deviation()) : "",
+                  EnumText(inspection::v1::BiasVerdict_Name(bias.verdict()), "BIAS_VERDICT_") +
+                      (bias.unstated_count() > 0 ? ", not all uncertainties are stated" : "")});
+  return table.ToText() + Grouped(compared.measurement_count()) + " measurements by " + compared.drawing() +
+         (compared.truncated() ? ", the newest; there are more" : "") + "\n";
+}
+
+void AddCompareCommand(Command* measurement, Session* session) {
+  struct Asked {
+    std::string drawing, serial_number, since, until;
+  };
+  const auto asked = std::make_shared<Asked>();
+  Command* compare = measurement->AddCommand("compare", "Our values beside theirs: how far ours are off, with U");
+  compare->AddOption("DRAWING", &asked->drawing, "By whose characteristics: ID, or ID@REVISION")->Required();
+  compare->AddOption("--instrument-serial-number", &asked->serial_number, "Only those with this instrument");
+  compare->AddOption("--since", &asked->since, "Only measurements that were recorded from then on");
+  compare->AddOption("--until", &asked->until, "Only measurements that were recorded before then");
+  session->OnCommand(compare, [session, asked]() -> absl::Status {
+    inspection::v1::CompareMeasurementsRequest request;
+    request.set_drawing(NameText("drawings", asked->drawing));
+    request.set_instrument_serial_number(asked->serial_number);
+    const auto recorded = TimeRangeOf(asked->since, asked->until);
+    if (!recorded.ok()) return recorded.status();
+    *request.mutable_recorded() = *recorded;
+    return CallAndPrint<MeasurementService>(session, "inspection", &MeasurementService::Stub::CompareMeasurements,
+                                            request, ComparedText)
+        .status();
+  });
+}
+
 }  // namespace
 
 void AddMeasurementCommands(Command* app, Session* session) {
@@ -221,6 +259,7 @@ void AddMeasurementCommands(Command* app, Session* session) {
   Command* show = measurement->AddCommand("show", "Shows a measurement value by value");
   show->AddOption("ID", id.get(), "The measurement")->Required();
   session->OnCommand(show, [session, id] { return Show(session, *id); });
+  AddCompareCommand(measurement, session);
 }
 
 }  // namespace sixpoint::cli

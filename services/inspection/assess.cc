@@ -88,7 +88,10 @@ class Assessor {
       const AssessedResult& result = inputs_.results[i];
       const auto found = ValueIn(result, inputs_.drawing, characteristic, feature, inputs_.part);
       if (!found) continue;
-      const bool fits = system == nullptr || (fit.ok() && IsOf(result, *fit));
+      // Another instrument's value is judged where the drawing asks for none of ours; else it stands beside.
+      const bool elsewhere = KindOf(characteristic.quantity()) == ResultKind::kElsewhere;
+      const bool fits = elsewhere || (result.method() != registration::v1::METHOD_UNSPECIFIED &&
+                                      (system == nullptr || (fit.ok() && IsOf(result, *fit))));
       if (fits && !row.result_index) {
         row.result_index = static_cast<int>(i);
         row.method = MethodWord(result.method());
@@ -143,7 +146,7 @@ class Assessor {
         wanted = "a measurement of this section";
         break;
       case ResultKind::kElsewhere:
-        return "no measurement of another instrument was named that has it";
+        return "none of the results has it: want a measurement by another instrument";
     }
     if (!characteristic.datum_system().empty())
       wanted += ", positioned by " + MethodWord(fit->method) + " (" + characteristic.datum_system() + ")";

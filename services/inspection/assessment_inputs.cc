@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "services/inspection/deviation_messages.h"
+#include "services/inspection/measurement_messages.h"
 #include "services/inspection/messages.h"
 #include "services/inspection/order_checks.h"
 #include "services/inspection/section_messages.h"
@@ -16,13 +17,27 @@
 namespace sixpoint::inspection {
 namespace {
 
-constexpr char kKnown[] = "inspections/UUID, deviations/UUID or sections/UUID";
+constexpr char kKnown[] = "inspections/UUID, deviations/UUID, sections/UUID or measurements/UUID";
 
 std::string CollectionOf(const std::string& name) { return name.substr(0, name.find('/')); }
+
+// drawings/{drawing}, without its revision.
+std::string DrawingOf(const v1::Measurement& measurement) {
+  return measurement.drawing().substr(0, measurement.drawing().find('@'));
+}
 
 absl::StatusOr<AssessedResult> FetchResult(const std::string& name, const AssessedStores& stores, const Peers& peers,
                                            const runtime::Caller& caller) {
   AssessedResult result;
+  const std::string collection = CollectionOf(name);
+  if (collection == "measurements") {
+    auto measurement = runtime::GetResult<v1::Measurement>(
+        *stores.measurements, caller.deadline, collection, name, errors::v1::MEASUREMENT_NOT_FOUND,
+        [](const storage::MeasurementRow& row) { return ToProto(row); });
+    if (!measurement.ok()) return measurement.status();
+    result.result = *std::move(measurement);
+    return result;
+  }
   std::string registration;
   const auto take = [&](auto fetched) -> absl::Status {
     if (!fetched.ok()) return fetched.status();
@@ -31,7 +46,6 @@ absl::StatusOr<AssessedResult> FetchResult(const std::string& name, const Assess
     return absl::OkStatus();
   };
   absl::Status taken;
-  const std::string collection = CollectionOf(name);
   if (collection == "inspections")
     taken = take(runtime::GetResult<v1::Inspection>(*stores.inspections, caller.deadline, collection, name,
                                                     errors::v1::INSPECTION_NOT_FOUND,
@@ -51,35 +65,48 @@ absl::StatusOr<AssessedResult> FetchResult(const std::string& name, const Assess
   return result;
 }
 
-// Of the blade, and all measured against the CAD that the first was.
-absl::Status CheckResults(const v1::AssessBladeRequest& request, const std::vector<AssessedResult>& results) {
+// Of the blade; all of ours measured against the CAD that the first was, all of other instruments by the drawing.
+absl::Status CheckResults(const v1::AssessBladeRequest& request, const plant::v1::Drawing& drawing,
+                          const std::vector<AssessedResult>& results, int part_revision) {
   runtime::Refusals refusals;
-  const auto revision = [](const AssessedResult& result) {
-    return result.registration.part() + "@" + std::to_string(result.registration.part_revision());
-  };
   for (std::size_t i = 0; i < results.size(); ++i) {
+    const AssessedResult& result = results[i];
     const std::string field = At("results", static_cast<int>(i));
-    if (results[i].registration.blade() != request.blade())
-      refusals.Add(runtime::Refuse(field, results[i].name() + " of " + results[i].registration.blade(),
-                                   "a result of " + request.blade()));
-    else if (revision(results[i]) != revision(results.front()))
-      refusals.Add(runtime::Refuse(field, results[i].name() + " against " + revision(results[i]),
-                                   "one against " + revision(results.front()) + ", as results[0]"));
+    const auto* const measurement = std::get_if<v1::Measurement>(&result.result);
+    if (result.blade() != request.blade())
+      refusals.Add(runtime::Refuse(field, result.name() + " of " + result.blade(), "a result of " + request.blade()));
+    else if (measurement != nullptr && DrawingOf(*measurement) != drawing.name())
+      refusals.Add(runtime::Refuse(field, result.name() + " by " + measurement->drawing(), "one by " + drawing.name()));
+    else if (measurement == nullptr && result.registration.part_revision() != part_revision)
+      refusals.Add(runtime::Refuse(
+          field,
+          result.name() + " against " + drawing.part() + "@" + std::to_string(result.registration.part_revision()),
+          "one against " + drawing.part() + "@" + std::to_string(part_revision) + ", as the others"));
   }
   return refusals.status();
 }
 
-absl::Status CheckDrawing(const plant::v1::Drawing& drawing, const registration::v1::Registration& registration) {
+absl::Status CheckDrawing(const plant::v1::Drawing& drawing, const std::string& part, int part_revision) {
   const std::string name = drawing.name() + "@" + std::to_string(drawing.revision());
-  if (drawing.part() != registration.part())
-    return runtime::Refuse("drawing", name + " of " + drawing.part(), "a drawing of " + registration.part());
+  if (drawing.part() != part) return runtime::Refuse("drawing", name + " of " + drawing.part(), "a drawing of " + part);
   const auto& valid = drawing.part_revisions();
-  if (std::find(valid.begin(), valid.end(), registration.part_revision()) == valid.end())
+  if (std::find(valid.begin(), valid.end(), part_revision) == valid.end())
     return runtime::Refuse("drawing", name,
-                           "one that is valid for " + registration.part() + "@" +
-                               std::to_string(registration.part_revision()) +
+                           "one that is valid for " + part + "@" + std::to_string(part_revision) +
                                ", which the results were measured against");
   return absl::OkStatus();
+}
+
+// What the results are of: of ours as their registration says, else what the drawing is valid for at last.
+struct MeasuredPart {
+  std::string part;
+  int revision = 0;
+};
+MeasuredPart PartOf(const std::vector<AssessedResult>& results, const plant::v1::Drawing& drawing) {
+  for (const AssessedResult& result : results)
+    if (!result.registration.part().empty()) return {result.registration.part(), result.registration.part_revision()};
+  const auto& valid = drawing.part_revisions();
+  return {std::get<v1::Measurement>(results.front().result).part(), *std::max_element(valid.begin(), valid.end())};
 }
 
 }  // namespace
@@ -93,7 +120,8 @@ absl::Status CheckAssess(const v1::AssessBladeRequest& request) {
   std::set<std::string> before;
   for (int i = 0; i < request.results_size(); ++i) {
     const std::string collection = CollectionOf(request.results(i));
-    if (collection != "inspections" && collection != "deviations" && collection != "sections")
+    static const std::set<std::string> kCollections = {"inspections", "deviations", "sections", "measurements"};
+    if (kCollections.count(collection) == 0)
       refusals.Add(runtime::Refuse(At("results", i), request.results(i), kKnown));
     else
       refusals.Add(runtime::IdOf(At("results", i), collection, request.results(i)).status());
@@ -115,13 +143,14 @@ absl::StatusOr<AssessmentInputs> FetchAssessed(const v1::AssessBladeRequest& req
     if (!result.ok()) return result.status();
     inputs.results.push_back(*std::move(result));
   }
-  if (absl::Status same = CheckResults(request, inputs.results); !same.ok()) return same;
   auto drawing = peers.plant.GetDrawing(request.drawing(), caller.make_context());
   if (!drawing.ok()) return drawing.status();
   inputs.drawing = *std::move(drawing);
-  const registration::v1::Registration& first = inputs.results.front().registration;
-  if (absl::Status valid = CheckDrawing(inputs.drawing, first); !valid.ok()) return valid;
-  auto part = peers.plant.GetPart(first.part(), first.part_revision(), caller.make_context());
+  const MeasuredPart measured = PartOf(inputs.results, inputs.drawing);
+  if (absl::Status same = CheckResults(request, inputs.drawing, inputs.results, measured.revision); !same.ok())
+    return same;
+  if (absl::Status valid = CheckDrawing(inputs.drawing, measured.part, measured.revision); !valid.ok()) return valid;
+  auto part = peers.plant.GetPart(measured.part, measured.revision, caller.make_context());
   if (!part.ok()) return part.status();
   inputs.part = *std::move(part);
   if (request.stage() != v1::ASSESSMENT_STAGE_BEFORE_MACHINING) return inputs;

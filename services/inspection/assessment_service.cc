@@ -44,15 +44,19 @@ std::string SummaryOf(const storage::AssessmentRow& row) {
 
 runtime::Made<storage::AssessmentRow> RecordOf(const v1::AssessBladeRequest& request, const AssessmentInputs& inputs,
                                                Assessed assessed) {
-  const registration::v1::Registration& first = inputs.results.front().registration;
   runtime::Made<storage::AssessmentRow> made;
   storage::AssessmentRow& row = made.row;
   row.assessment_id = storage::NewUuid();
   row.blade_serial = runtime::LastSegment(request.blade());
-  row.machine_id = runtime::LastSegment(first.machine());
-  row.machine_revision = first.machine_revision();
-  row.part_id = runtime::LastSegment(first.part());
-  row.part_revision = first.part_revision();
+  const auto on_machine = std::find_if(inputs.results.begin(), inputs.results.end(), [](const AssessedResult& result) {
+    return !result.registration.machine().empty();
+  });
+  if (on_machine != inputs.results.end()) {
+    row.machine_id = runtime::LastSegment(on_machine->registration.machine());
+    row.machine_revision = on_machine->registration.machine_revision();
+  }
+  row.part_id = runtime::LastSegment(inputs.part.name());
+  row.part_revision = inputs.part.revision();
   row.drawing_id = runtime::LastSegment(inputs.drawing.name());
   row.drawing_revision = inputs.drawing.revision();
   row.stage = runtime::WordOf(inputs.stage);
@@ -70,7 +74,7 @@ runtime::Made<storage::AssessmentRow> RecordOf(const v1::AssessBladeRequest& req
   entry.inputs = row.results;
   entry.inputs.push_back(runtime::RevisedName("drawings", row.drawing_id, row.drawing_revision));
   entry.blade = row.blade_serial;
-  entry.machine = row.machine_id;
+  if (!row.machine_id.empty()) entry.machine = row.machine_id;
   entry.method = row.stage;
   entry.software_version = row.software_version;
   entry.summary_json = SummaryOf(row);

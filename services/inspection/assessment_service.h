@@ -12,6 +12,7 @@
 #include "storage/assessments.h"
 #include "storage/deviations.h"
 #include "storage/inspections.h"
+#include "storage/measurements.h"
 #include "storage/sections.h"
 
 namespace sixpoint::inspection {
@@ -21,6 +22,7 @@ struct AssessedStores {
   std::shared_ptr<storage::InspectionStore> inspections;
   std::shared_ptr<storage::DeviationStore> deviations;
   std::shared_ptr<storage::SectionStore> sections;
+  std::shared_ptr<const storage::ResultReader<storage::MeasurementRow, storage::MeasurementFilter>> measurements;
 };
 
 // Thread-safe.

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "services/inspection/stored_verdict.h"
+#include "services/inspection/unit_conversion.h"
+#include "services/runtime/contract_words.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -61,18 +63,22 @@ const std::string& AssessedResult::name() const {
   return std::visit([](const auto& one) -> const std::string& { return one.name(); }, result);
 }
 
+const std::string& AssessedResult::blade() const {
+  return std::visit([](const auto& one) -> const std::string& { return one.blade(); }, result);
+}
+
 registration::v1::Method AssessedResult::method() const {
   if (const auto* const inspection = std::get_if<v1::Inspection>(&result)) return inspection->positioning().method();
   if (const auto* const map = std::get_if<v1::DeviationMap>(&result)) return map->method();
-  return std::get<v1::SectionMeasurement>(result).method();
+  if (const auto* const sections = std::get_if<v1::SectionMeasurement>(&result)) return sections->method();
+  return registration::v1::METHOD_UNSPECIFIED;
 }
 
 std::vector<Feature> FeaturesOf(const Characteristic& characteristic, const plant::v1::Part& part) {
   using namespace plant::v1;  // NOLINT: quantities' names say whose they are
   const bool pair = characteristic.quantity() == CHARACTERISTIC_QUANTITY_HOLE_PITCH ||
                     characteristic.quantity() == CHARACTERISTIC_QUANTITY_HOLE_PITCH_OVER_DIAMETER;
-  if (characteristic.hole_group().empty() || KindOf(characteristic.quantity()) == ResultKind::kElsewhere)
-    return {{characteristic.hole(), characteristic.hole(), ""}};
+  if (characteristic.hole_group().empty()) return {{"", "", ""}};
   const auto pitch = [](const std::string& from, const std::string& to) {
     return Feature{from + " to " + to, from, to};
   };
@@ -119,7 +125,26 @@ std::optional<FoundValue> ValueIn(const AssessedResult& result, const Drawing& d
     return HoleValueIn(*inspection, characteristic, feature, part);
   if (const auto* const map = std::get_if<v1::DeviationMap>(&result.result))
     return ProfileIn(*map, drawing, characteristic);
-  return SectionValueIn(std::get<v1::SectionMeasurement>(result.result), drawing, characteristic);
+  if (const auto* const sections = std::get_if<v1::SectionMeasurement>(&result.result))
+    return SectionValueIn(*sections, drawing, characteristic);
+  return MeasuredValueIn(std::get<v1::Measurement>(result.result), characteristic, feature);
+}
+
+std::optional<FoundValue> MeasuredValueIn(const v1::Measurement& measurement, const Characteristic& characteristic,
+                                          const Feature& feature) {
+  for (const v1::MeasuredCharacteristic& one : measurement.values()) {
+    if (one.characteristic() != characteristic.characteristic() || one.feature() != feature.feature) continue;
+    const auto conversion = ConversionTo(characteristic.unit(), runtime::WordOf(one.unit()));
+    if (!conversion) return std::nullopt;  // another revision of the drawing had another unit
+    FoundValue found;
+    found.reason = one.reason();
+    if (!one.has_value()) return found;
+    ValueWithUncertainty& value = found.values.emplace_back();
+    value.value = conversion->Of(one.value());
+    if (one.has_expanded_uncertainty()) value.expanded_uncertainty = conversion->Of(one.expanded_uncertainty());
+    return found;
+  }
+  return std::nullopt;
 }
 
 bool IsOf(const AssessedResult& result, const DatumFit& fit) {

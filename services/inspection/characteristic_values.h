@@ -9,6 +9,7 @@
 #include "services/inspection/drawing_orders.h"
 #include "sixpoint/inspection/v1/deviation.pb.h"
 #include "sixpoint/inspection/v1/inspection.pb.h"
+#include "sixpoint/inspection/v1/measurement.pb.h"
 #include "sixpoint/inspection/v1/section.pb.h"
 #include "sixpoint/plant/v1/part.pb.h"
 #include "sixpoint/registration/v1/registration.pb.h"
@@ -17,11 +18,12 @@ namespace sixpoint::inspection {
 
 // A result and the registration that it rests on.
 struct AssessedResult {
-  std::variant<v1::Inspection, v1::DeviationMap, v1::SectionMeasurement> result;
-  registration::v1::Registration registration;
+  std::variant<v1::Inspection, v1::DeviationMap, v1::SectionMeasurement, v1::Measurement> result;
+  registration::v1::Registration registration;  // of another instrument's measurement: unset
 
   const std::string& name() const;
-  registration::v1::Method method() const;
+  const std::string& blade() const;
+  registration::v1::Method method() const;  // unspecified of another instrument's measurement
 };
 
 // Where a characteristic is measured: once, or at each hole of its group.
@@ -60,6 +62,9 @@ std::optional<FoundValue> ProfileIn(const v1::DeviationMap& map, const plant::v1
                                     const plant::v1::Characteristic& characteristic);
 std::optional<FoundValue> SectionValueIn(const v1::SectionMeasurement& sections, const plant::v1::Drawing& drawing,
                                          const plant::v1::Characteristic& characteristic);
+
+std::optional<FoundValue> MeasuredValueIn(const v1::Measurement& measurement,
+                                          const plant::v1::Characteristic& characteristic, const Feature& feature);
 
 // Units of the characteristic in a millimetre; of an angle or a ratio 1.
 double PerMillimetre(const plant::v1::Characteristic& characteristic);

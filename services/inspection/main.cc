@@ -47,14 +47,15 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
                       std::make_unique<AssessmentService>(
                           storage::AssessmentsIn(database),
                           AssessedStores{storage::InspectionsIn(database), storage::DeviationsIn(database),
-                                         storage::SectionsIn(database)},
+                                         storage::SectionsIn(database), storage::MeasurementsIn(database)},
                           peers, compute_options)});
   services.push_back({v1::ExportService::service_full_name(),
                       std::make_unique<ExportService>(storage::InspectionsIn(database), storage::DeviationsIn(database),
                                                       storage::AssessmentsIn(database), peers)});
-  services.push_back({v1::MeasurementService::service_full_name(),
-                      std::make_unique<MeasurementService>(storage::MeasurementsIn(database),
-                                                           storage::MeasurementImportsIn(database), peers)});
+  services.push_back(
+      {v1::MeasurementService::service_full_name(),
+       std::make_unique<MeasurementService>(storage::MeasurementsIn(database), storage::MeasurementImportsIn(database),
+                                            OurValuesOf(storage::AssessmentsIn(database)), peers)});
   services.push_back(
       {v1::ReportService::service_full_name(),
        std::make_unique<ReportService>(

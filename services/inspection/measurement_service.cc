@@ -1,8 +1,10 @@
 #include "services/inspection/measurement_service.h"
 
+#include <set>
 #include <string>
 #include <utility>
 
+#include "services/inspection/compare_measurements.h"
 #include "services/inspection/drawn_characteristics.h"
 #include "services/inspection/measured_values.h"
 #include "services/inspection/measurement_messages.h"
@@ -19,6 +21,7 @@ namespace {
 using runtime::ToGrpc;
 
 // A file may take a hundred megabytes while it is read.
+constexpr int kMostCompared = 200;
 constexpr runtime::PoolLimits kLimits{2, runtime::kAllLetIn};
 
 absl::StatusOr<v1::Measurement> MeasurementOf(const storage::MeasurementRow& row) { return ToProto(row); }
@@ -69,9 +72,11 @@ absl::Status CheckMoments(const std::vector<storage::MeasurementRow>& measuremen
 
 MeasurementService::MeasurementService(
     std::shared_ptr<const storage::ResultReader<storage::MeasurementRow, storage::MeasurementFilter>> measurements,
-    std::shared_ptr<storage::ResultWriter<storage::MeasurementImport>> imports, std::shared_ptr<const Peers> peers)
+    std::shared_ptr<storage::ResultWriter<storage::MeasurementImport>> imports, std::shared_ptr<const OurValues> ours,
+    std::shared_ptr<const Peers> peers)
     : measurements_(std::move(measurements)),
       imports_(std::move(imports)),
+      ours_(std::move(ours)),
       peers_(std::move(peers)),
       reading_(kLimits, "imports", errors::v1::INSPECTIONS_FULL) {}
 
@@ -151,6 +156,45 @@ grpc::Status MeasurementService::ListMeasurements(grpc::ServerContext* context,
   const auto basic = [](v1::Measurement* measurement) { LeaveBasic(measurement); };
   return ToGrpc(runtime::ListResults(*measurements_, runtime::DeadlineOf(*context), *request, filter, MeasurementOf,
                                      basic, response->mutable_measurements(), response->mutable_next_page_token()));
+}
+
+grpc::Status MeasurementService::CompareMeasurements(grpc::ServerContext* context,
+                                                     const v1::CompareMeasurementsRequest* request,
+                                                     v1::CompareMeasurementsResponse* response) {
+  storage::MeasurementFilter filter;
+  runtime::Refusals refusals;
+  const auto drawing = runtime::RevisedIdOf("drawing", "drawings", request->drawing());
+  const auto recorded = runtime::SpanOf("recorded", request->recorded());
+  refusals.Add(drawing.status()).Add(recorded.status());
+  if (!refusals.status().ok()) return ToGrpc(refusals.status());
+  filter.drawing_id = drawing->id;
+  filter.recorded = *recorded;
+  filter.instrument_serial_number = request->instrument_serial_number();
+  filter.reader = runtime::ReaderOf(*context);
+  const runtime::Caller caller = runtime::CallerOf(*context);
+  const auto slot = reading_.Enter(caller.deadline, caller.keep_going);
+  if (!slot.ok()) return ToGrpc(slot.status());
+  return runtime::Answer(Compare(*request, std::move(filter), caller), response);
+}
+
+absl::StatusOr<v1::CompareMeasurementsResponse> MeasurementService::Compare(
+    const v1::CompareMeasurementsRequest& request, storage::MeasurementFilter filter,
+    const runtime::Caller& caller) const {
+  const auto drawing = peers_->plant.GetDrawing(request.drawing(), caller.make_context());
+  if (!drawing.ok()) return runtime::NotKnown("drawing", request.drawing(), drawing.status());
+  auto theirs = measurements_->List(filter, 0, kMostCompared + 1, caller.deadline);
+  if (!theirs.ok()) return theirs.status();
+  const bool truncated = theirs->size() > kMostCompared;
+  if (truncated) theirs->resize(kMostCompared);
+  std::set<std::string> serials;
+  for (const storage::MeasurementRow& measurement : *theirs) serials.insert(measurement.blade_serial);
+  const auto ours = ours_->Of(filter.drawing_id, {serials.begin(), serials.end()}, caller.deadline);
+  if (!ours.ok()) return ours.status();
+  auto response = Compared(*drawing, *ours, *theirs);
+  if (!response.ok()) return response.status();
+  response->set_measurement_count(static_cast<int>(theirs->size()));
+  response->set_truncated(truncated);
+  return response;
 }
 
 }  // namespace sixpoint::inspection

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "services/inspection/our_values.h"
 #include "services/inspection/peers.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
@@ -16,7 +17,8 @@ class MeasurementService final : public v1::MeasurementService::Service {
  public:
   MeasurementService(
       std::shared_ptr<const storage::ResultReader<storage::MeasurementRow, storage::MeasurementFilter>> measurements,
-      std::shared_ptr<storage::ResultWriter<storage::MeasurementImport>> imports, std::shared_ptr<const Peers> peers);
+      std::shared_ptr<storage::ResultWriter<storage::MeasurementImport>> imports, std::shared_ptr<const OurValues> ours,
+      std::shared_ptr<const Peers> peers);
 
   grpc::Status ImportMeasurements(grpc::ServerContext* context, const v1::ImportMeasurementsRequest* request,
                                   v1::ImportMeasurementsResponse* response) override;
@@ -25,12 +27,19 @@ class MeasurementService final : public v1::MeasurementService::Service {
   grpc::Status ListMeasurements(grpc::ServerContext* context, const v1::ListMeasurementsRequest* request,
                                 v1::ListMeasurementsResponse* response) override;
 
+  grpc::Status CompareMeasurements(grpc::ServerContext* context, const v1::CompareMeasurementsRequest* request,
+                                   v1::CompareMeasurementsResponse* response) override;
+
  private:
+  absl::StatusOr<v1::CompareMeasurementsResponse> Compare(const v1::CompareMeasurementsRequest& request,
+                                                          storage::MeasurementFilter filter,
+                                                          const runtime::Caller& caller) const;
   absl::StatusOr<runtime::Made<storage::MeasurementImport>> Make(const v1::ImportMeasurementsRequest& request,
                                                                  const runtime::Caller& caller) const;
 
   const std::shared_ptr<const storage::ResultReader<storage::MeasurementRow, storage::MeasurementFilter>> measurements_;
   const std::shared_ptr<storage::ResultWriter<storage::MeasurementImport>> imports_;
+  const std::shared_ptr<const OurValues> ours_;
   const std::shared_ptr<const Peers> peers_;
   runtime::ComputePool reading_;
 };

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -28,6 +29,20 @@ inline std::string Row(const std::string& serial, const std::string& characteris
   return serial + "," + characteristic + "," + feature + "," + value + "," + unit + ",,2026-11-18T11:06:41Z," + zone +
          ",\n";
 }
+
+// What assessments would tell.
+class StandInOurs final : public OurValues {
+ public:
+  std::vector<OurValue> values;
+  absl::StatusOr<std::vector<OurValue>> Of(const std::string& drawing_id, const std::vector<std::string>& blade_serials,
+                                           storage::Deadline) const override {
+    EXPECT_EQ(drawing_id, "vane-70");
+    std::vector<OurValue> of;
+    for (const OurValue& value : values)
+      if (std::count(blade_serials.begin(), blade_serials.end(), value.blade_serial) > 0) of.push_back(value);
+    return of;
+  }
+};
 
 class MeasurementServiceTest : public ::testing::Test {
  protected:
@@ -122,8 +137,9 @@ class MeasurementServiceTest : public ::testing::Test {
   testing::InProcessServer plant_server_{{&plant_, &drawings_}};
   std::shared_ptr<const Peers> peers_ = std::make_shared<const Peers>(plant_server_.Connect(), plant_server_.Connect(),
                                                                       plant_server_.Connect(), plant_server_.Connect());
+  std::shared_ptr<StandInOurs> ours_ = std::make_shared<StandInOurs>();
   MeasurementService service_{storage::MeasurementsIn(database_.database()),
-                              storage::MeasurementImportsIn(database_.database()), peers_};
+                              storage::MeasurementImportsIn(database_.database()), ours_, peers_};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<v1::MeasurementService::Stub> stub_ = v1::MeasurementService::NewStub(server_.Connect());
 };

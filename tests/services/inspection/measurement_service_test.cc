@@ -194,6 +194,43 @@ TEST_F(MeasurementServiceTest, ListsByWhatIsAskedFor) {
             "MEASUREMENT_NOT_FOUND");
 }
 
+TEST_F(MeasurementServiceTest, OursStandBesideTheirs) {
+  v1::ImportMeasurementsRequest request =
+      Request(kHead + Row("SN-1", "12", "", "30.01", "mm") + Row("SN-2", "12", "", "30.02", "mm") +
+              Row("SN-2", "25", "", "1", "um"));
+  request.mutable_uncertainty()->set_lengths_um(2);
+  request.mutable_uncertainty()->set_basis("report 17");
+  ASSERT_TRUE(Import(request).ok());
+  ours_->values = {{"SN-1", "12", "", "MM", 30.04, 0.003},
+                   {"SN-2", "12", "", "MM", 30.05, 0.003},
+                   {"SN-9", "12", "", "MM", 31, 0.003}};
+  v1::CompareMeasurementsRequest asked;
+  asked.set_drawing("drawings/vane-70");
+  const auto compare = [&] {
+    v1::CompareMeasurementsResponse response;
+    const grpc::Status status = stub_->CompareMeasurements(runtime::ContextFor(10).get(), asked, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response;
+  };
+  const v1::CompareMeasurementsResponse compared = compare();
+  EXPECT_EQ(compared.drawing(), "drawings/vane-70@1");
+  EXPECT_EQ(compared.measurement_count(), 2);
+  EXPECT_FALSE(compared.truncated());
+  ASSERT_EQ(compared.biases_size(), 1);
+  const v1::InstrumentBias& bias = compared.biases(0);
+  EXPECT_EQ(bias.characteristic(), "12");
+  EXPECT_EQ(bias.name(), "the SECTION_CHORD");
+  EXPECT_NEAR(bias.bias(), 0.03, 1e-12);
+  // The differences are the same but for rounding: what both state is all.
+  EXPECT_NEAR(bias.expanded_uncertainty(), std::sqrt(4e-6 + 9e-6), 1e-9);
+  EXPECT_EQ(bias.verdict(), v1::BIAS_VERDICT_SIGNIFICANT);
+  ASSERT_EQ(bias.pairs_size(), 2);
+  EXPECT_EQ(bias.pairs(0).blade(), "blades/SN-2") << "the newest first";
+  EXPECT_EQ(bias.pairs(0).theirs_expanded_uncertainty(), 0.002);
+  asked.set_instrument_serial_number("another");
+  EXPECT_EQ(compare().biases_size(), 0);
+}
+
 // Whatever bytes come: recorded whole, or refused as what they are.
 TEST_F(MeasurementServiceTest, AThousandMutantsAreRecordedOrRefused) {
   const std::string file = kHead + Row("SN-1", "12", "", "3", "mm") + Row("SN-1", "1", "H1", "0.06", "mm", "DIAMETER") +

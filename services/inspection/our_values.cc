@@ -1,0 +1,48 @@
+#include "services/inspection/our_values.h"
+
+#include <utility>
+
+namespace sixpoint::inspection {
+namespace {
+
+// Of a blade; older ones have been taken the place of.
+constexpr int kMostAssessments = 10;
+
+class AssessedValues final : public OurValues {
+ public:
+  explicit AssessedValues(std::shared_ptr<const storage::AssessmentStore> store) : store_(std::move(store)) {}
+
+  absl::StatusOr<std::vector<OurValue>> Of(const std::string& drawing_id, const std::vector<std::string>& blade_serials,
+                                           storage::Deadline deadline) const override {
+    std::vector<OurValue> values;
+    storage::AssessmentFilter filter;
+    filter.reader = storage::Reader::Everything();  // the blades are seen by who asks
+    for (const std::string& serial : blade_serials) {
+      filter.blade_serial = serial;
+      const auto rows = store_->List(filter, 0, kMostAssessments, deadline);
+      if (!rows.ok()) return rows.status();
+      for (const storage::AssessmentRow& row : *rows)
+        if (row.drawing_id == drawing_id) Add(row, &values);
+    }
+    return values;
+  }
+
+ private:
+  // What was not positioned by this plant is another instrument's.
+  static void Add(const storage::AssessmentRow& row, std::vector<OurValue>* values) {
+    for (const storage::CharacteristicFindingRow& finding : row.findings)
+      if (finding.value && !finding.method.empty())
+        values->push_back({row.blade_serial, finding.characteristic, finding.feature, finding.unit, *finding.value,
+                           finding.expanded_uncertainty});
+  }
+
+  const std::shared_ptr<const storage::AssessmentStore> store_;
+};
+
+}  // namespace
+
+std::shared_ptr<const OurValues> OurValuesOf(std::shared_ptr<const storage::AssessmentStore> store) {
+  return std::make_shared<AssessedValues>(std::move(store));
+}
+
+}  // namespace sixpoint::inspection
