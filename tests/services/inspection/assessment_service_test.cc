@@ -160,7 +160,7 @@ class AssessmentServiceTest : public ::testing::Test {
   inspection::AssessmentService service_{
       storage::AssessmentsIn(plant_.database.database()),
       {storage::InspectionsIn(plant_.database.database()), storage::DeviationsIn(plant_.database.database()),
-       storage::SectionsIn(plant_.database.database())},
+       storage::SectionsIn(plant_.database.database()), storage::MeasurementsIn(plant_.database.database())},
       NewPeers(),
       {}};
   inspection::ExportService exports_{storage::InspectionsIn(plant_.database.database()),
