@@ -47,12 +47,12 @@ test('a bar shows value and U where they lie between the limits, and says so in 
   await findingsOf(page).waitFor();
   const bar = rowOf(page, 'second row').getByRole('img');
   assert.equal(await bar.getAttribute('aria-label'), '0.8032 ± 0.0061\u202fmm, 0.75 to 0.85\u202fmm: Conform');
-  // Limits at 36 and 108: 0.8032 is 53.2 % of the way, U 6.1 %.
-  assert.ok(Math.abs(Number(await bar.locator('.knot-good').getAttribute('cx')) - (36 + 72 * 0.532)) < 0.01);
-  const [from, to] = /^M([\d.]+) \d+H([\d.]+)/.exec((await bar.locator('.within-whisker').getAttribute('d'))!)!.slice(1).map(Number);
-  assert.ok(Math.abs(to! - from! - 2 * 72 * 0.061) < 0.01, `${from} to ${to}`);
-  // Out by more than the bar shows: an arrow. A side without a limit is not closed.
-  assert.match((await rowOf(page, 'H2').locator('.knot-bad').getAttribute('d'))!, /^M/);
+  // Limits at 44 and 100: 0.8032 is 53.2 % of the way, U 6.1 %.
+  assert.ok(Math.abs(Number(await bar.locator('.knot-good').getAttribute('cx')) - (44 + 56 * 0.532)) < 0.01);
+  const [from, to] = [...(await bar.locator('.within-whisker').getAttribute('d'))!.matchAll(/H([\d.]+)m0 -3v6/g)].map((found) => Number(found[1]));
+  assert.ok(Math.abs(to! - from! - 2 * 56 * 0.061) < 0.01, `${from} to ${to}`);
+  // A side without a limit is not closed.
+  assert.match((await rowOf(page, 'H2').locator('.knot-bad').getAttribute('d'))!, /^M120\.9/);
   assert.equal(await rowOf(page, 'H2').locator('.within-limit').count(), 1);
   await page.context().close();
 });

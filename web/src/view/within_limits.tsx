@@ -1,7 +1,7 @@
 // A value with its expanded uncertainty between its limits. Limits stand at the same place of each, so that many below each other compare.
 import type { Tone } from './mark';
 
-const kWide = 144, kHigh = 18, kMiddle = kHigh / 2, kLow = 36, kUp = 108, kEdge = 5;
+const kWide = 144, kHigh = 18, kMiddle = kHigh / 2, kLow = 44, kUp = 100, kEdge = 5;
 
 export type Limited = { value: number | undefined; expanded: number | undefined; lower: number | undefined; upper: number | undefined; isZeroBest: boolean };
 
@@ -17,6 +17,9 @@ export function scaleOf({ value, expanded, lower, upper, isZeroBest }: Limited):
 
 const within = (x: number) => Math.min(kWide - kEdge, Math.max(kEdge, x));
 
+// Of the line to one side; its end is drawn only where it is reached.
+const reachOf = (from: number, to: number): string => `M${within(from)} ${kMiddle}H${Math.min(kWide, Math.max(0, to))}${to >= 0 && to <= kWide ? `m0 -3v6` : ''}`;
+
 // Round: within; a square on its corner: out; hollow: open. An arrow where it lies beyond what is drawn.
 function Knot({ x, tone }: { x: number; tone: Tone }) {
   const at = within(x);
@@ -29,14 +32,13 @@ export function WithinLimits({ limited, tone, words }: { limited: Limited; tone:
   if (!scale) return null;
   const x = (of: number) => kLow + ((kUp - kLow) * (of - scale.low)) / (scale.high - scale.low);
   const from = lower !== undefined || isZeroBest ? kLow : 0, to = upper !== undefined ? kUp : kWide;
-  const whisker = value === undefined || !expanded ? undefined : ([within(x(value - expanded)), within(x(value + expanded))] as const);
   return (
     <svg class="within" viewBox={`0 0 ${kWide} ${kHigh}`} width={kWide} height={kHigh} role="img" aria-label={words}>
       <rect class="within-base" x={0} y={4} width={kWide} height={kHigh - 8} />
       <rect class="within-zone" x={from} y={4} width={to - from} height={kHigh - 8} />
       {lower !== undefined && <path class="within-limit" d={`M${kLow} 1V${kHigh - 1}`} />}
       {upper !== undefined && <path class="within-limit" d={`M${kUp} 1V${kHigh - 1}`} />}
-      {whisker && <path class="within-whisker" d={`M${whisker[0]} ${kMiddle}H${whisker[1]}M${whisker[0]} ${kMiddle - 3}v6M${whisker[1]} ${kMiddle - 3}v6`} />}
+      {value !== undefined && expanded !== undefined && <path class="within-whisker" d={`${reachOf(x(value), x(value - expanded))}${reachOf(x(value), x(value + expanded))}`} />}
       {value !== undefined && <Knot x={x(value)} tone={tone} />}
     </svg>
   );
