@@ -7,6 +7,8 @@ import { ScanService } from '#proto/sixpoint/ingest/v1/ingest_pb';
 import { MachineStateSchema, AlarmKind } from '#proto/sixpoint/plant/v1/fleet_pb';
 import { CharacteristicFindingSchema } from '#proto/sixpoint/inspection/v1/assessment_pb';
 import { CharacteristicUnit, DecisionRuleKind, DecisionRuleSchema } from '#proto/sixpoint/plant/v1/drawing_pb';
+import { RecordEntrySchema } from '#proto/sixpoint/plant/v1/record_pb';
+import { stepWords } from '../src/pages/blade_story';
 import { mayCall } from '../src/plant/may';
 import { drawingWords, limitsWords, otherWords, ruleWords, valueWords } from '../src/words/assessment';
 import { doingOf } from '../src/words/machine';
@@ -100,4 +102,9 @@ test('a bar reaches from limit to limit, from 0 where that is best, else as far 
   assert.deepEqual(scaleOf({ ...none, lower: 2, value: 5, expanded: 1 }), { low: 2, high: 6 });
   assert.deepEqual(scaleOf({ ...none, upper: 4, value: 4 }), { low: 3, high: 4 });
   assert.equal(scaleOf(none), undefined);
+});
+
+test('a blade that was judged by its drawing says so in its story', () => {
+  const summary = { verdict: 'NOT_CONFORM', findings: 45, conform: 41, fate: 'DISCARD', reason: '17 is out' };
+  assert.deepEqual(stepWords(create(RecordEntrySchema, { kind: 'assessment', method: 'BEFORE_MACHINING', summary })), { title: 'Judged by its drawing, before machining', figures: '41 of 45 findings conform, discard, 17 is out' });
 });

@@ -18,7 +18,7 @@ export function scaleOf({ value, expanded, lower, upper, isZeroBest }: Limited):
 const within = (x: number) => Math.min(kWide - kEdge, Math.max(kEdge, x));
 
 // Of the line to one side; its end is drawn only where it is reached.
-const reachOf = (from: number, to: number): string => `M${within(from)} ${kMiddle}H${Math.min(kWide, Math.max(0, to))}${to >= 0 && to <= kWide ? `m0 -3v6` : ''}`;
+const reachOf = (from: number, to: number): string => `M${from} ${kMiddle}H${Math.min(kWide, Math.max(0, to))}${to >= 0 && to <= kWide ? `m0 -3v6` : ''}`;
 
 // Round: within; a square on its corner: out; hollow: open. An arrow where it lies beyond what is drawn.
 function Knot({ x, tone }: { x: number; tone: Tone }) {
@@ -38,7 +38,7 @@ export function WithinLimits({ limited, tone, words }: { limited: Limited; tone:
       <rect class="within-zone" x={from} y={4} width={to - from} height={kHigh - 8} />
       {lower !== undefined && <path class="within-limit" d={`M${kLow} 1V${kHigh - 1}`} />}
       {upper !== undefined && <path class="within-limit" d={`M${kUp} 1V${kHigh - 1}`} />}
-      {value !== undefined && expanded !== undefined && <path class="within-whisker" d={`${reachOf(x(value), x(value - expanded))}${reachOf(x(value), x(value + expanded))}`} />}
+      {value !== undefined && expanded !== undefined && within(x(value)) === x(value) && <path class="within-whisker" d={`${reachOf(x(value), x(value - expanded))}${reachOf(x(value), x(value + expanded))}`} />}
       {value !== undefined && <Knot x={x(value)} tone={tone} />}
     </svg>
   );

@@ -4,7 +4,7 @@ import { Verdict } from '#proto/sixpoint/inspection/v1/inspection_pb';
 import { CharacteristicClass, CharacteristicQuantity, CharacteristicUnit, DecisionRuleKind, type DecisionRule } from '#proto/sixpoint/plant/v1/drawing_pb';
 import type { Tone } from '../view/mark';
 import { idOf, kindOf, shortId, withoutRevision } from './name';
-import { number, percent, plural, withUncertainty } from './quantity';
+import { count, number, percent, plural, withUncertainty } from './quantity';
 
 export const kStageWords: Record<AssessmentStage, string> = {
   [AssessmentStage.UNSPECIFIED]: '', [AssessmentStage.BEFORE_MACHINING]: 'before machining', [AssessmentStage.MACHINED]: 'machined',
@@ -35,7 +35,7 @@ export const countsOf = (findings: CharacteristicFinding[]): Map<Verdict, number
 // "41 of 45 findings conform, 1 not conform, 2 not measured, 1 undecidable."
 export function countsSentence(findings: CharacteristicFinding[]): string {
   const counts = countsOf(findings), rest = kWorstFirst.filter((verdict) => kCounted[verdict] && counts.get(verdict)! > 0);
-  return `${[`${counts.get(Verdict.CONFORM)} of ${plural(findings.length, 'finding')} conform`, ...rest.map((verdict) => `${counts.get(verdict)} ${kCounted[verdict]}`)].join(', ')}.`;
+  return `${[`${count(counts.get(Verdict.CONFORM)!)} of ${plural(findings.length, 'finding')} conform`, ...rest.map((verdict) => `${count(counts.get(verdict)!)} ${kCounted[verdict]}`)].join(', ')}.`;
 }
 
 // What is drawn is not rounded: as many decimals as it has.
