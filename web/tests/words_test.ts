@@ -5,12 +5,18 @@ import { timestampFromDate } from '@bufbuild/protobuf/wkt';
 import { CorrectionService } from '#proto/sixpoint/correction/v1/correction_pb';
 import { ScanService } from '#proto/sixpoint/ingest/v1/ingest_pb';
 import { MachineStateSchema, AlarmKind } from '#proto/sixpoint/plant/v1/fleet_pb';
+import { CharacteristicFindingSchema } from '#proto/sixpoint/inspection/v1/assessment_pb';
+import { CharacteristicUnit, DecisionRuleKind, DecisionRuleSchema } from '#proto/sixpoint/plant/v1/drawing_pb';
+import { RecordEntrySchema } from '#proto/sixpoint/plant/v1/record_pb';
+import { stepWords } from '../src/pages/blade_story';
 import { mayCall } from '../src/plant/may';
+import { drawingWords, limitsWords, otherWords, ruleWords, valueWords } from '../src/words/assessment';
 import { doingOf } from '../src/words/machine';
 import { decimalsFor, number, percent, withUncertainty } from '../src/words/quantity';
 import { personOf, shortId, withoutRevision } from '../src/words/name';
 import { duration } from '../src/words/time';
 import { csvOf } from '../src/view/table';
+import { scaleOf } from '../src/view/within_limits';
 
 const plain = (text: string) => text.replaceAll('\u202f', ' ');
 
@@ -68,4 +74,37 @@ test('what a machine does follows from its last entry, its uploads and who it wa
   assert.equal(doingOf(state(contact('fetch', 50)), now).word, 'Stands');
   assert.equal(doingOf(state({ ...contact('cut', 1), uploads: [{ subject: 'blades/SN-1', touchedAt: at(0.2) }] }), now).word, 'Scanning');
   assert.equal(doingOf(state({ ...contact('correction', 1), alarms: [{ kind: AlarmKind.CORRECTION_AWAITS }] }), now).word, 'Waits for a person');
+});
+
+test('limits as they were drawn, values with the uncertainty that is theirs', () => {
+  const finding = (fields: object) => create(CharacteristicFindingSchema, { unit: CharacteristicUnit.MM, ...fields });
+  assert.equal(plain(limitsWords(finding({ lowerLimit: -0.0625, upperLimit: 0.05 }))), '\u22120.0625 to 0.0500 mm');
+  assert.equal(plain(limitsWords(finding({ upperLimit: 0.03 }))), 'at most 0.03 mm');
+  assert.equal(limitsWords(finding({ lowerLimit: 0, unit: CharacteristicUnit.RATIO })), 'at least 0');
+  const one = finding({ value: 0, expandedUncertainty: 0.0021, others: [{ result: 'measurements/0197b0a4-7c1a-7e5b-9d5a-2f1c3b4a5d31', value: 1.5 }] });
+  assert.equal(plain(valueWords(one)), '0.0000 ± 0.0021 mm');
+  assert.equal(valueWords(finding({})), 'not measured');
+  assert.equal(plain(otherWords(one, one.others[0]!, '')), '1.5000 mm (U not known) by measurement 3b4a5d31');
+});
+
+test('rules and drawings in words', () => {
+  const { ISO_14253_1, GUARD_FACTOR } = DecisionRuleKind;
+  assert.equal(ruleWords(create(DecisionRuleSchema, { kind: ISO_14253_1, edition: '2017' })), 'ISO 14253-1:2017');
+  assert.equal(plain(ruleWords(create(DecisionRuleSchema, { kind: GUARD_FACTOR, guardFactor: 0.5 }))), 'guard band 50 % of U');
+  assert.equal(ruleWords(undefined), 'not told');
+  assert.equal(drawingWords('drawings/vane-7-final@12'), 'vane-7-final rev. 12');
+});
+
+test('a bar reaches from limit to limit, from 0 where that is best, else as far as the value', () => {
+  const none = { value: undefined, expanded: undefined, lower: undefined, upper: undefined, isZeroBest: false };
+  assert.deepEqual(scaleOf({ ...none, lower: -1, upper: 3 }), { low: -1, high: 3 });
+  assert.deepEqual(scaleOf({ ...none, upper: 0.03, isZeroBest: true, value: 0.5 }), { low: 0, high: 0.03 });
+  assert.deepEqual(scaleOf({ ...none, lower: 2, value: 5, expanded: 1 }), { low: 2, high: 6 });
+  assert.deepEqual(scaleOf({ ...none, upper: 4, value: 4 }), { low: 3, high: 4 });
+  assert.equal(scaleOf(none), undefined);
+});
+
+test('a blade that was judged by its drawing says so in its story', () => {
+  const summary = { verdict: 'NOT_CONFORM', findings: 45, conform: 41, fate: 'DISCARD', reason: '17 is out' };
+  assert.deepEqual(stepWords(create(RecordEntrySchema, { kind: 'assessment', method: 'BEFORE_MACHINING', summary })), { title: 'Judged by its drawing, before machining', figures: '41 of 45 findings conform, discard, 17 is out' });
 });

@@ -3,6 +3,7 @@ import { useMemo, useState } from 'preact/hooks';
 import type { Calibration } from '#proto/sixpoint/calibration/v1/calibration_pb';
 import { CalibrationState } from '#proto/sixpoint/calibration/v1/state_pb';
 import { CorrectionState } from '#proto/sixpoint/correction/v1/correction_pb';
+import type { Assessment } from '#proto/sixpoint/inspection/v1/assessment_pb';
 import { DispositionKind } from '#proto/sixpoint/inspection/v1/disposition_pb';
 import { Verdict } from '#proto/sixpoint/inspection/v1/inspection_pb';
 import { Method } from '#proto/sixpoint/registration/v1/method_pb';
@@ -13,6 +14,7 @@ import { dateOf, duration, full } from '../words/time';
 import { Mark, VerdictMark } from '../view/mark';
 import { Heading } from '../view/shell';
 import { Refused, Shown } from '../view/states';
+import { AssessedLine, AssessedMark, AssessmentSection, newestOf, useAssessments } from './assessment';
 import { AsCut, Changes, PickedHole, verdictName } from './blade_holes';
 import { factsOf, holesOf, type BladeFacts, type HoleFacts } from './blade_facts';
 import { methodWords, Story } from './blade_story';
@@ -43,14 +45,21 @@ export function verdictSentence(facts: BladeFacts, holes: HoleFacts[]): string {
   return `${sum} Worst position: ${worst.key} with ${withUncertainty(result!.positionErrorMm, result!.positionExpandedUncertaintyUm === undefined ? undefined : result!.positionExpandedUncertaintyUm / 1000, 'mm')} of at most ${quantity(result!.positionToleranceMm, 'mm', 3)}.`;
 }
 
-function Top({ facts, holes }: { facts: BladeFacts; holes: HoleFacts[] }) {
+// Holes' verdict; of a blade whose holes were not inspected what its drawing says.
+function Judged({ facts, assessment }: { facts: BladeFacts; assessment: Assessment | undefined }) {
+  if (facts.inspection) return <VerdictMark verdict={verdictName(facts.inspection.verdict)} big />;
+  return assessment ? <AssessedMark assessment={assessment} big /> : <Mark tone="none" big>Not judged yet</Mark>;
+}
+
+function Top({ facts, holes, assessment }: { facts: BladeFacts; holes: HoleFacts[]; assessment: Assessment | undefined }) {
   const { inspection, blade, part, correction } = facts;
   const disposition = inspection?.dispositions[0], positioning = inspection?.positioning, deviation = inspection?.deviation;
   return (
     <div class="blade-top">
       <div class="sheet">
-        {inspection ? <VerdictMark verdict={verdictName(inspection.verdict)} big /> : <Mark tone="none" big>Not judged yet</Mark>}
-        <p>{verdictSentence(facts, holes)}</p>
+        <Judged facts={facts} assessment={assessment} />
+        {(inspection || !assessment) && <p>{verdictSentence(facts, holes)}</p>}
+        {assessment && <AssessedLine assessment={assessment} isFirst={!inspection} />}
         {disposition && <p><Mark tone="wait">Decided: {dispositionWords(disposition.kind)}</Mark> by {personOf(disposition.requestedBy)}: “{disposition.reason}”{disposition.reference && ` (${disposition.reference})`}</p>}
         {positioning?.disagrees && <p><Mark tone="unsure">Its shape leaves open how it is positioned</Mark> Two ways differ by {quantity(positioning.disagreementUm, 'µm', 1)}; {positioning.covered ? 'the uncertainties of the holes hold that.' : 'the uncertainties of the holes may be too small.'}</p>}
         {correction && correction.state !== CorrectionState.UNSPECIFIED && !inspection && <p>Its program: <VerdictMark verdict={CorrectionState[correction.state]!} /></p>}
@@ -98,19 +107,21 @@ function Withdrawn({ calibrations }: { calibrations: Calibration[] }) {
 
 function Blade({ facts, again }: { facts: BladeFacts; again: () => void }) {
   const holes = useMemo(() => holesOf(facts), [facts]);
+  const assessments = useAssessments(facts.blade.name);
   const [picked, setPicked] = useState<string>();
   const pick = (key: string) => setPicked((old) => (old === key ? undefined : key));
   return (
     <>
       <Withdrawn calibrations={[...facts.calibrations.values()]} />
-      <Top facts={facts} holes={holes} />
+      <Top facts={facts} holes={holes} assessment={newestOf(assessments)} />
       {facts.correction && <Decision correction={facts.correction} onDecided={again} />}
       <div class="blade-body section">
         <BladeView facts={facts} holes={holes} picked={picked} onPick={pick} />
         <div class="no-print"><PickedHole hole={holes.find((hole) => hole.key === picked) ?? worstOf(holes)} correction={facts.correction} isPicked={picked !== undefined} /></div>
       </div>
-      {facts.inspection && <AsCut holes={holes.filter((hole) => hole.result)} picked={picked} onPick={pick} />}
+      {facts.inspection && <AsCut holes={holes.filter((hole) => hole.result)} pitches={facts.inspection.pitches} picked={picked} onPick={pick} />}
       {facts.correction && facts.correction.groups.length > 0 && <Changes holes={holes} correction={facts.correction} />}
+      <AssessmentSection assessments={assessments} facts={facts} />
       <Deviation facts={facts} />
       <Sections facts={facts} />
       <Story entries={facts.entries} />

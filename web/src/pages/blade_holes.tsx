@@ -1,6 +1,6 @@
 // The holes of a blade in figures: as cut, as corrected, and what makes a value uncertain.
 import { CopyCsv, Table, type Column } from '../view/table';
-import { Verdict } from '#proto/sixpoint/inspection/v1/inspection_pb';
+import { Verdict, type HolePitch } from '#proto/sixpoint/inspection/v1/inspection_pb';
 import type { UncertaintyComponent } from '#proto/sixpoint/uncertainty/v1/uncertainty_pb';
 import type { Correction } from '#proto/sixpoint/correction/v1/correction_pb';
 import { kNotMeasured, number, percent, quantity, withUncertainty } from '../words/quantity';
@@ -9,6 +9,7 @@ import { VerdictMark } from '../view/mark';
 import { length } from '../scene/frames';
 import type { HoleFacts } from './blade_facts';
 import { DrawnBudget } from './drawn_budget';
+import { Displaced, Displacements } from './hole_displacement';
 
 export const verdictName = (verdict: Verdict | undefined): string => Verdict[verdict ?? Verdict.UNSPECIFIED] ?? '';
 const mmOf = (um: number | undefined) => (um === undefined ? undefined : um / 1000);
@@ -29,12 +30,13 @@ const kAsCutCsv: Column<HoleFacts>[] = [
   { head: 'inclination U', unit: 'deg', cell: () => '', csv: (h) => h.result?.inclinationExpandedUncertaintyDeg },
 ];
 
-export function AsCut({ holes, picked, onPick }: { holes: HoleFacts[]; picked: string | undefined; onPick: (key: string) => void }) {
+export function AsCut({ holes, pitches, picked, onPick }: { holes: HoleFacts[]; pitches: HolePitch[]; picked: string | undefined; onPick: (key: string) => void }) {
   return (
     <section class="section" aria-labelledby="holes-title">
       <div class="table-head"><h2 id="holes-title">Holes as cut</h2><CopyCsv columns={kAsCutCsv} rows={holes} what="the holes as cut" /></div>
       <Table caption="Holes as cut" showCaption={false} isCopied={false} columns={kAsCut} rows={holes} rowKey={(h) => h.key} onPick={(h) => onPick(h.key)} picked={picked} />
       <p class="small muted">U: expanded uncertainty, 95&#8239;%. Conform only where value + U is within the limit, not conform only where value − U is beyond it (ISO 14253-1).</p>
+      <Displacements holes={holes} pitches={pitches} />
     </section>
   );
 }
@@ -84,6 +86,7 @@ export function PickedHole({ hole, correction, isPicked }: { hole: HoleFacts | u
           <dt>Position error</dt><dd>{withUncertainty(result.positionErrorMm, mmOf(result.positionExpandedUncertaintyUm), 'mm')} <span class="muted">of at most {quantity(result.positionToleranceMm, 'mm', 3)}</span></dd>
           <dt>Inclination error</dt><dd>{withUncertainty(result.inclinationErrorDeg, result.inclinationExpandedUncertaintyDeg, 'deg')} <span class="muted">of at most {quantity(result.inclinationToleranceDeg, 'deg', 2)}</span></dd>
           <dt>Pin seen</dt><dd>{quantity(result.pinDiameterMm, 'mm', 4)}{result.pinDiameterMm !== undefined && <span class="muted"> from {result.pointCount} points, scatter {quantity(result.pinResidualRmsUm, 'µm', 1)}</span>}</dd>
+          <Displaced result={result} />
           {result.reason && <><dt>Why</dt><dd>{result.reason}</dd></>}
         </dl>
         {result.positionErrorMm !== undefined && <><h3>What makes the position uncertain</h3>

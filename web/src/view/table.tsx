@@ -43,14 +43,15 @@ export function CopyCsv<Row>({ columns, rows, what }: { columns: Column<Row>[]; 
   );
 }
 
-export function Table<Row>({ caption, columns, rows, rowKey, onPick, picked, showCaption = true, isCopied = true, copied }: {
+export function Table<Row>({ caption, columns, rows, rowKey, onPick, picked, showCaption = true, isCopied = true, copied, copiedColumns }: {
   caption: string; columns: Column<Row>[]; rows: Row[]; rowKey: (row: Row) => string;
   onPick?: (row: Row) => void; picked?: string | undefined; showCaption?: boolean; isCopied?: boolean;
   copied?: Row[];  // where not all rows are shown
+  copiedColumns?: Column<Row>[];  // where more is copied than shown
 }) {
   return (
     <div class="table-box">
-      {(showCaption || isCopied) && <div class="table-head">{showCaption && <h2>{caption}</h2>}{isCopied && <CopyCsv columns={columns} rows={copied ?? rows} what={caption} />}</div>}
+      {(showCaption || isCopied) && <div class="table-head">{showCaption && <h2>{caption}</h2>}{isCopied && <CopyCsv columns={copiedColumns ?? columns} rows={copied ?? rows} what={caption} />}</div>}
       <div class="table-scroll" tabIndex={0} role="region" aria-label={`Table: ${caption}`}>
         <table>
           <caption class="hidden">{caption}</caption>

@@ -79,6 +79,6 @@ export function parameterWords(parameter: string): { name: string; unit: string 
 // An event's entry as one line of what just happened on a machine.
 const kHappened: Record<string, string> = {
   scan: 'scanned', registration: 'registered', correction: 'corrected', release: 'released', refusal: 'refused', fetch: 'program fetched',
-  cut: 'holes reported cut', inspection: 'judged', calibration: 'calibrated', study: 'checked', withdrawal: 'withdrawn', disposition: 'decided',
+  cut: 'holes reported cut', inspection: 'judged', calibration: 'calibrated', study: 'checked', withdrawal: 'withdrawn', disposition: 'decided', assessment: 'judged by its drawing',
 };
 export const happened = (kind: string, blade: string): string => `${blade && kindOf(blade) === 'blades' ? `${idOf(blade)} ` : ''}${kHappened[kind] ?? kind}`;
