@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "metrology/linear_algebra/inverse.h"
+#include "metrology/linear_algebra/least_distance.h"
 #include "metrology/linear_algebra/pose_directions.h"
 #include "metrology/linear_algebra/pseudo_inverse.h"
-#include "metrology/linear_algebra/least_distance.h"
 #include "metrology/registration/patch_sums.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"

@@ -45,10 +45,10 @@ void TakeCutBefore(const std::vector<storage::CutHoleRow>& cut, Inputs* inputs) 
 }
 
 absl::Status ScrappedSince(const std::string& correction, const std::string& by) {
-  return runtime::Failure(errors::v1::PROGRAM_NOT_RELEASED,
-                          correction + ": its blade is scrap by " + by +
-                              ", of which who released it was not told; want a new correction",
-                          {{"resource", correction}});
+  return runtime::Failure(
+      errors::v1::PROGRAM_NOT_RELEASED,
+      correction + ": its blade is scrap by " + by + ", of which who released it was not told; want a new correction",
+      {{"resource", correction}});
 }
 
 // Without what became of it since.

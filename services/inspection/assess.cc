@@ -169,13 +169,17 @@ std::string Called(const storage::CharacteristicFindingRow& finding) {
   return finding.characteristic + " " + finding.name + (finding.feature.empty() ? "" : " at " + finding.feature);
 }
 
+std::string UnitText(const std::string& unit) {
+  return unit == "MM" ? " mm" : unit == "UM" ? " um" : unit == "DEG" ? " deg" : "";
+}
+
 // What cannot be cured decides, then what is not known.
 void SetFate(Assessed* assessed) {
   assessed->fate = "MACHINABLE";
   for (const storage::CharacteristicFindingRow& finding : assessed->findings) {
     if (finding.cure == "NONE") {
       assessed->fate = "DISCARD";
-      assessed->fate_reason = Called(finding) + ": " + Rounded(*finding.value) + " " + finding.unit +
+      assessed->fate_reason = Called(finding) + ": " + Rounded(*finding.value) + UnitText(finding.unit) +
                               " is out, and no rigid motion of the part brings it within its limits";
       break;
     }

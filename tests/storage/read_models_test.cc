@@ -162,6 +162,12 @@ class ReadModelsTest : public ::testing::Test {
     ASSERT_TRUE(seeded.ok() && seeded->count() == 1) << seeded.status();
     const std::string drawing = sixpoint::testing::PutDrawingOf(*transaction, seeded->Text(0, 0), "SEED-drawing");
     sixpoint::testing::PutMeasurementOf(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), drawing);
+    const auto mapped = transaction->Execute(
+        "SELECT part_id, blade_serial, 'deviations/' || deviation_id FROM deviation_maps WHERE blade_serial LIKE "
+        "'SEED-%' LIMIT 1");
+    ASSERT_TRUE(mapped.ok() && mapped->count() == 1) << mapped.status();
+    sixpoint::testing::PutAssessmentOf(*transaction, mapped->Text(0, 0), mapped->Text(0, 1), drawing,
+                                       mapped->Text(0, 2), "seed");
     ASSERT_TRUE(transaction->Commit().ok());
   }
   static void TearDownTestSuite() { plant_.reset(); }
