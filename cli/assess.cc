@@ -143,7 +143,7 @@ void AddAssessCommand(Command* app, Session* session) {
           ->List();
   command
       ->AddOption("--results", &arguments->results,
-                  "Judges these, before what is measured: inspections/ID,deviations/ID,sections/ID,...")
+                  "Judges these, before what is measured: inspections/ID,deviations/ID,sections/ID,measurements/ID,...")
       ->List();
   command->AddFlag("--before-machining", &arguments->before_machining,
                    "A blank or casting: holes are not due; says whether a correction can cure what is out");

@@ -390,6 +390,41 @@ TEST_F(AssessmentServiceTest, DiscardsABlankThatNoMotionCures) {
   EXPECT_EQ(ScrappedBy(), "");
 }
 
+// A CMM's value is judged where the drawing asks for another instrument, and stands beside ours everywhere else.
+TEST_F(AssessmentServiceTest, TakesAnotherInstrumentsValueWhereTheDrawingAsksForIt) {
+  auto transaction = plant_.database.database()->Begin(testing::Soon());
+  const std::string measured =
+      testing::PutMeasurementOf(*transaction, "p1", "sn1", "drawings/d1");  // 1: 30.02 mm, U 0.002
+  ASSERT_TRUE(transaction->Commit().ok());
+  Add(CHARACTERISTIC_QUANTITY_MEASURED_ELSEWHERE, CHARACTERISTIC_UNIT_UM, 30021).set_lower_limit(30000);
+  Draw();
+  const auto alone = Assess(Request({measured}));
+  ASSERT_TRUE(alone.ok()) << alone.status();
+  ASSERT_EQ(alone->findings_size(), 1);
+  EXPECT_DOUBLE_EQ(alone->findings(0).value(), 30020);
+  EXPECT_DOUBLE_EQ(alone->findings(0).expanded_uncertainty(), 2);
+  EXPECT_EQ(alone->findings(0).verdict(), VERDICT_UNDECIDABLE);
+  EXPECT_EQ(alone->findings(0).result(), measured);
+  EXPECT_EQ(alone->findings(0).method(), registration::v1::METHOD_UNSPECIFIED);
+  GetAssessmentRequest get;
+  get.set_name(alone->name());
+  Assessment back;
+  ASSERT_TRUE(stub_->GetAssessment(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_EQ(back.DebugString(), alone->DebugString());
+
+  drawing_.clear_characteristics();
+  AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM, -0.02, 0.02);
+  const auto results = Measure(Plan());
+  const auto beside = Assess(Request({measured, results[0]}));
+  ASSERT_TRUE(beside.ok()) << beside.status();
+  EXPECT_EQ(beside->findings(0).result(), results[0]);
+  EXPECT_EQ(beside->findings(0).verdict(), VERDICT_CONFORM);
+  ASSERT_EQ(beside->findings(0).others_size(), 1);
+  EXPECT_EQ(beside->findings(0).others(0).result(), measured);
+  EXPECT_DOUBLE_EQ(beside->findings(0).others(0).value(), 30.02);
+  EXPECT_EQ(Assess(Request({measured}))->findings(0).verdict(), VERDICT_NOT_MEASURED) << "ours alone is judged";
+}
+
 // A map whose profile is not the drawing's has nothing of it: other limits, another region, another rule.
 TEST_F(AssessmentServiceTest, TakesAProfileThatWasJudgedAsDrawnAlone) {
   AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION, -0.02, 0.02);
