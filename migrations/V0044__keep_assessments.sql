@@ -250,27 +250,43 @@ CREATE OR REPLACE VIEW read_v1.events WITH (security_barrier) AS
 COMMENT ON COLUMN read_v1.events.verdict IS 'Of an inspection, an assessment, a deviation map with profile tolerances or a study; of a registration its outcome; NULL of the others.';
 COMMENT ON COLUMN read_v1.events.kind IS 'What it is: machine, artefact, part, blade, scan, calibration, registration, correction, inspection, deletion, release, withdrawal, study, policy, refusal, fetch, cut, assignment, disposition, machining_model, deviation, section, drawing or assessment; more may come.';
 
--- A blank that no correction cures is no less scrap than one that a person says is. What a person decided later counts, and a later
--- assessment that says MACHINABLE; one that says nothing lifts nothing.
+-- A blank that no correction cures is no less scrap than one that a person says is. What a person decided later lifts it, and a later
+-- assessment by the same drawing, not by an older revision of it, that says MACHINABLE; one that says nothing lifts nothing.
 CREATE OR REPLACE FUNCTION scrapped_by(of_blade text) RETURNS uuid
 LANGUAGE sql STABLE SECURITY DEFINER SET search_path = public, pg_temp AS $$
   WITH decided AS (
     SELECT d.disposition_id AS record_id, d.disposition = 'SCRAP' AS is_scrap, n.record_sequence
     FROM dispositions d JOIN record_names n ON n.record_id = d.disposition_id
     WHERE d.blade_serial = of_blade ORDER BY n.record_sequence DESC LIMIT 1),
-  found AS (
-    SELECT a.assessment_id AS record_id, a.fate = 'DISCARD' AS is_scrap, n.record_sequence
+  judged AS (
+    SELECT a.assessment_id AS record_id, a.fate, a.drawing_id, a.drawing_revision, n.record_sequence
     FROM assessments a JOIN record_names n ON n.record_id = a.assessment_id
-    WHERE a.blade_serial = of_blade AND a.fate IN ('DISCARD', 'MACHINABLE') ORDER BY n.record_sequence DESC LIMIT 1)
+    WHERE a.blade_serial = of_blade AND a.fate IN ('DISCARD', 'MACHINABLE'))
   SELECT record_id FROM (
     SELECT record_id, record_sequence FROM decided WHERE is_scrap
-    UNION ALL SELECT f.record_id, f.record_sequence FROM found f
-    WHERE f.is_scrap AND NOT EXISTS (SELECT 1 FROM decided d WHERE d.record_sequence > f.record_sequence)) scrap
+    UNION ALL SELECT f.record_id, f.record_sequence FROM judged f
+    WHERE f.fate = 'DISCARD' AND NOT EXISTS (SELECT 1 FROM decided d WHERE d.record_sequence > f.record_sequence)
+      AND NOT EXISTS (SELECT 1 FROM judged m WHERE m.fate = 'MACHINABLE' AND m.record_sequence > f.record_sequence
+                      AND m.drawing_id = f.drawing_id AND m.drawing_revision >= f.drawing_revision)) scrap
   ORDER BY record_sequence DESC LIMIT 1
 $$;
 COMMENT ON FUNCTION scrapped_by(text) IS
   'The disposition, or the assessment before machining, by which a blade is scrap: the newest disposition, if that is SCRAP, or a DISCARD that '
-  'no later MACHINABLE or disposition lifts; NULL: it is not.';
+  'no later disposition, and no later MACHINABLE by the same drawing, lifts; NULL: it is not.';
+COMMENT ON FUNCTION scrapped_against(uuid) IS
+  'The disposition or assessment by which the blade of a released correction is scrap, if nobody released it in spite of that: it was recorded '
+  'after the release, or the gate never told of it. NULL: there is none.';
+DO $$
+DECLARE
+  told text := pg_get_functiondef('refuse_unreleased_fetch()'::regprocedure);
+  was CONSTANT text := 'by dispositions/%, want a blade that is not'', NEW.correction_id, scrapped';
+BEGIN
+  IF position(was IN told) = 0 THEN
+    RAISE EXCEPTION 'refuse_unreleased_fetch: tells of something else, want %', was;
+  END IF;
+  EXECUTE replace(told, was, 'by %, want a blade that is not'', NEW.correction_id, (SELECT name FROM record_names WHERE record_id = scrapped)');
+END
+$$;
 
 CREATE VIEW read_v1.assessments WITH (security_barrier) AS
   SELECT a.assessment_id, a.blade_serial, a.part_id, a.part_revision, a.drawing_id, a.drawing_revision, a.stage, n.record_sequence,

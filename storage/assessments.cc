@@ -25,8 +25,9 @@ constexpr char kListAssessments[] = SIXPOINT_SELECT_ASSESSMENTS
     "AND ($3 = '' OR entry_machine = $3) AND ($4 = '' OR part_id = $4) AND ($5::uuid IS NULL OR EXISTS (SELECT 1 FROM "
     "record_roots t WHERE t.record_id = assessment_id AND t.root_id = $5::uuid)) AND ($6::timestamptz IS NULL OR "
     "recorded_at >= $6) AND ($7::timestamptz IS NULL OR recorded_at < $7) AND part_id <> ALL ($8::text[]) AND "
-    "($9::text[] IS NULL OR entry_blade = ANY ($9::text[])) AND ($10 = '' OR verdict = $10) " SIXPOINT_NEWEST_FIRST
-    "LIMIT $11";
+    "($9::text[] IS NULL OR entry_blade = ANY ($9::text[])) AND ($10 = '' OR verdict = $10) "
+    "AND ($11 = '' OR drawing_id = $11) AND ($12::integer = 0 OR drawing_revision = "
+    "$12::integer) " SIXPOINT_NEWEST_FIRST "LIMIT $13";
 #undef SIXPOINT_SELECT_ASSESSMENTS
 #undef SIXPOINT_ASSESSMENT_COLUMNS
 constexpr char kInsertResults[] =
@@ -223,7 +224,8 @@ absl::StatusOr<std::vector<AssessmentRow>> ListAssessments(Transaction& transact
                                                            std::int64_t before_sequence, int limit) {
   absl::StatusOr<Params> params = FilterParams(transaction, before_sequence, filter);
   if (!params.ok()) return params.status();
-  return ReadAssessments(transaction, kListAssessments, params->Text(filter.verdict).Int(limit));
+  return ReadAssessments(transaction, kListAssessments,
+                         params->Text(filter.verdict).Text(filter.drawing_id).Int(filter.drawing_revision).Int(limit));
 }
 
 absl::Status InsertConflicts(Transaction& transaction, const AssessmentRow& assessment) {

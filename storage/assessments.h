@@ -76,7 +76,9 @@ struct AssessmentRow {
 };
 
 struct AssessmentFilter : ResultFilter {
-  std::string verdict;  // empty: any
+  std::string verdict;       // empty: any
+  std::string drawing_id;    // empty: any
+  int drawing_revision = 0;  // 0: any
 };
 
 using AssessmentStore = ResultStore<AssessmentRow, AssessmentFilter>;

@@ -24,8 +24,9 @@ absl::Status Check(const std::vector<LimitedPatch>& patches) {
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const LimitedPatch& patch = patches[i];
     const bool finite = patch.centre_mm.allFinite() && patch.normal.allFinite() && std::isfinite(patch.deviation_mm) &&
-                        std::isfinite(patch.guard_mm) && std::isfinite(patch.lower_mm) && std::isfinite(patch.upper_mm);
-    if (!finite || patch.guard_mm < 0)
+                        std::isfinite(patch.inside_guard_mm) && std::isfinite(patch.outside_guard_mm) &&
+                        std::isfinite(patch.lower_mm) && std::isfinite(patch.upper_mm);
+    if (!finite || patch.inside_guard_mm < 0 || patch.outside_guard_mm < 0)
       refusals.Add(Refuse("patches[" + std::to_string(i) + "]", "not finite, or a guard below 0", "finite numbers"));
   }
   return refusals.status();
@@ -50,15 +51,11 @@ class Motions {
     }
   }
   const MatrixXd& g() const { return g_; }
-  // sign 1: by the guard inside the limits; -1: by the guard outside them.
-  VectorXd h(double sign) const {
-    VectorXd h(g_.rows());
-    for (Index i = 0; i < g_.rows(); i += 2) {
-      const LimitedPatch& patch = patches_[static_cast<std::size_t>(i / 2)];
-      h[i] = patch.deviation_mm + sign * patch.guard_mm - patch.upper_mm;
-      h[i + 1] = patch.lower_mm + sign * patch.guard_mm - patch.deviation_mm;
-    }
-    return h;
+  VectorXd inside() const {
+    return H([](const LimitedPatch& patch) { return patch.inside_guard_mm; });
+  }
+  VectorXd not_outside() const {
+    return H([](const LimitedPatch& patch) { return -patch.outside_guard_mm; });
   }
   // Of any motion that is looked at.
   double greatest_mm() const { return std::hypot(kGreatestCureTurn_rad * radius_mm_, kGreatestCureShift_mm); }
@@ -72,6 +69,17 @@ class Motions {
   }
 
  private:
+  template <typename Guard>
+  VectorXd H(const Guard& guard_mm) const {
+    VectorXd h(g_.rows());
+    for (Index i = 0; i < g_.rows(); i += 2) {
+      const LimitedPatch& patch = patches_[static_cast<std::size_t>(i / 2)];
+      h[i] = patch.deviation_mm + guard_mm(patch) - patch.upper_mm;
+      h[i + 1] = patch.lower_mm + guard_mm(patch) - patch.deviation_mm;
+    }
+    return h;
+  }
+
   const std::vector<LimitedPatch>& patches_;
   Vector3d middle_mm_ = Vector3d::Zero();
   double radius_mm_ = 1;
@@ -110,7 +118,7 @@ absl::StatusOr<CureFinding> FindCure(const std::vector<LimitedPatch>& patches,
   if (absl::Status good = Check(patches); !good.ok()) return good;
   const Motions motions(patches);
   CureFinding finding;
-  const VectorXd widest = motions.h(-1);
+  const VectorXd widest = motions.not_outside();
   const absl::StatusOr<LeastDistance> at_most = Solve(motions, widest, keep_going);
   if (!at_most.ok()) return at_most.status();
   if (!at_most->feasible) {
@@ -119,7 +127,7 @@ absl::StatusOr<CureFinding> FindCure(const std::vector<LimitedPatch>& patches,
     finding.conflicts = ConflictsOf(at_most->multipliers);
     return finding;
   }
-  const VectorXd narrow = motions.h(1);
+  const VectorXd narrow = motions.inside();
   const absl::StatusOr<LeastDistance> surely = Solve(motions, narrow, keep_going);
   if (!surely.ok()) return surely.status();
   const bool held = surely->feasible && motions.IsSmall(surely->x) &&

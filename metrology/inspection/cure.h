@@ -15,17 +15,18 @@
 
 namespace sixpoint::metrology {
 
-// A patch and its limits; both are wider, or narrower, by the guard: what its uncertainty leaves open.
+// A patch and its limits, which are narrower by the guard where a patch is to be inside them surely, and wider where it is to be outside
+// surely.
 struct LimitedPatch {
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // outward
-  double deviation_mm = 0, guard_mm = 0;
+  double deviation_mm = 0, inside_guard_mm = 0, outside_guard_mm = 0;
   double lower_mm = 0, upper_mm = 0;  // of the deviation
 };
 
 enum class Cure {
-  kPossible,  // by the motion found every patch is inside its limits by its guard
-  kNone,      // no motion leaves every patch within its limits and its guard
+  kPossible,  // by the motion found every patch is inside its limits by its inside guard
+  kNone,      // no motion leaves every patch within its limits and its outside guard
   kUnknown,
 };
 

@@ -98,6 +98,8 @@ DeviationMap::DeviationMap(std::shared_ptr<const Surface> surface, std::shared_p
   for (std::size_t r = 0; r < regions_.size(); ++r)
     for (const std::uint32_t patch : regions_[r]) regions_of_[patch].push_back(static_cast<std::uint8_t>(r));
   PutPlaces();
+  // Points are visited in another order where somebody made it ready before, and sums end in other bits.
+  surface_->PrepareNear(options_.threads);
 }
 DeviationMap::~DeviationMap() = default;
 

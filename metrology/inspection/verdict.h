@@ -21,6 +21,8 @@ struct DecisionRule {
   Kind kind = Kind::kGuardBand;
   // Of U. 1: ISO 14253-1 until 2013; 0: simple acceptance. Of kProbability what that comes to beside one limit alone.
   double guard_factor = 1;
+  // Of U: what is inside both limits by it conforms, however near they are to each other.
+  double sure_guard_factor() const { return kind == Kind::kProbability ? 1.9599639845400545 / 2 : guard_factor; }
 
   // ISO 14253-1:2017: half of the one-sided normal quantile of 95 %.
   static DecisionRule Probability() { return {Kind::kProbability, 1.6448536269514722 / 2}; }

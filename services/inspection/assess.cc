@@ -41,9 +41,11 @@ metrology::Verdict JudgeAll(const FoundValue& found, const CharacteristicLimits&
   return worst;
 }
 
-// Whatever the rule: what nobody bounds is added to the uncertainty as it is.
-bool StaysSo(const FoundValue& found, const CharacteristicLimits& limits, metrology::Verdict verdict) {
-  return JudgeAll(found, limits, {}, found.open_by) == verdict;
+// What nobody bounds is added to the uncertainty as it is, and kept off as far as that, or as the rule wants.
+bool StaysSo(const FoundValue& found, const CharacteristicLimits& limits, const metrology::DecisionRule& rule,
+             metrology::Verdict verdict) {
+  const metrology::DecisionRule at_least{metrology::DecisionRule::Kind::kGuardBand, std::max(1.0, rule.guard_factor)};
+  return JudgeAll(found, limits, at_least, found.open_by) == verdict;
 }
 
 // Of a surface that was not seen as far as was wanted, what was seen of it is no value of the tolerance.
@@ -66,7 +68,8 @@ void Judge(const FoundValue& found, const CharacteristicLimits& limits, const pl
   else if (verdict == metrology::Verdict::kUndecidable)
     row->reason = Rounded(worst.value) + " with U " + Rounded(*worst.expanded_uncertainty) +
                   " is so near to a limit that the decision rule leaves it open";
-  if (found.open_by > 0 && verdict != metrology::Verdict::kUndecidable && !StaysSo(found, limits, verdict)) {
+  if (found.open_by > 0 && verdict != metrology::Verdict::kUndecidable &&
+      !StaysSo(found, limits, KernelRuleOf(rule), verdict)) {
     row->verdict = TextOf(metrology::Verdict::kUndecidable);
     row->reason = found.open_reason;
   }

@@ -17,13 +17,15 @@
 namespace sixpoint::inspection {
 namespace {
 
+// Their patches are all held at once.
+constexpr int kMostMapsOfBlank = 8;
 constexpr char kKnown[] = "inspections/UUID, deviations/UUID, sections/UUID or measurements/UUID";
 
 std::string CollectionOf(const std::string& name) { return name.substr(0, name.find('/')); }
 
-// drawings/{drawing}, without its revision.
-std::string DrawingOf(const v1::Measurement& measurement) {
-  return measurement.drawing().substr(0, measurement.drawing().find('@'));
+// A balloon's number may mean something else in another revision.
+std::string Revised(const plant::v1::Drawing& drawing) {
+  return drawing.name() + "@" + std::to_string(drawing.revision());
 }
 
 absl::StatusOr<AssessedResult> FetchResult(const std::string& name, const AssessedStores& stores, const Peers& peers,
@@ -36,6 +38,7 @@ absl::StatusOr<AssessedResult> FetchResult(const std::string& name, const Assess
         [](const storage::MeasurementRow& row) { return ToProto(row); });
     if (!measurement.ok()) return measurement.status();
     result.result = *std::move(measurement);
+    result.IndexPlaces();
     return result;
   }
   std::string registration;
@@ -62,6 +65,7 @@ absl::StatusOr<AssessedResult> FetchResult(const std::string& name, const Assess
   auto fetched = peers.registrations.Get(registration, caller.make_context());
   if (!fetched.ok()) return fetched.status();
   result.registration = *std::move(fetched);
+  result.IndexPlaces();
   return result;
 }
 
@@ -75,8 +79,9 @@ absl::Status CheckResults(const v1::AssessBladeRequest& request, const plant::v1
     const auto* const measurement = std::get_if<v1::Measurement>(&result.result);
     if (result.blade() != request.blade())
       refusals.Add(runtime::Refuse(field, result.name() + " of " + result.blade(), "a result of " + request.blade()));
-    else if (measurement != nullptr && DrawingOf(*measurement) != drawing.name())
-      refusals.Add(runtime::Refuse(field, result.name() + " by " + measurement->drawing(), "one by " + drawing.name()));
+    else if (measurement != nullptr && measurement->drawing() != Revised(drawing))
+      refusals.Add(
+          runtime::Refuse(field, result.name() + " by " + measurement->drawing(), "one by " + Revised(drawing)));
     else if (measurement == nullptr && result.registration.part_revision() != part_revision)
       refusals.Add(runtime::Refuse(
           field,
@@ -87,7 +92,7 @@ absl::Status CheckResults(const v1::AssessBladeRequest& request, const plant::v1
 }
 
 absl::Status CheckDrawing(const plant::v1::Drawing& drawing, const std::string& part, int part_revision) {
-  const std::string name = drawing.name() + "@" + std::to_string(drawing.revision());
+  const std::string name = Revised(drawing);
   if (drawing.part() != part) return runtime::Refuse("drawing", name + " of " + drawing.part(), "a drawing of " + part);
   const auto& valid = drawing.part_revisions();
   if (std::find(valid.begin(), valid.end(), part_revision) == valid.end())
@@ -128,6 +133,10 @@ absl::Status CheckAssess(const v1::AssessBladeRequest& request) {
     if (!before.insert(request.results(i)).second)
       refusals.Add(runtime::Refuse(At("results", i), request.results(i), "each once"));
   }
+  const auto is_map = [](const std::string& name) { return CollectionOf(name) == "deviations"; };
+  if (request.stage() == v1::ASSESSMENT_STAGE_BEFORE_MACHINING &&
+      std::count_if(request.results().begin(), request.results().end(), is_map) > kMostMapsOfBlank)
+    refusals.Add(runtime::Refuse("results", "more than 8 deviation maps", "at most 8, of a blank"));
   if (!v1::AssessmentStage_IsValid(request.stage()) || request.stage() == v1::ASSESSMENT_STAGE_UNSPECIFIED)
     refusals.Add(runtime::Refuse("stage", std::to_string(request.stage()),
                                  "ASSESSMENT_STAGE_BEFORE_MACHINING or ASSESSMENT_STAGE_MACHINED"));

@@ -18,6 +18,8 @@ using plant::v1::Characteristic;
 using namespace plant::v1;  // NOLINT: quantities' names say whose they are
 
 constexpr double kMmPerUm = 1e-3;
+// Of what one motion has to meet: a call's memory and time.
+constexpr std::size_t kMostPatches = 500'000;
 
 // What a rigid motion does not change.
 bool IsOfShape(CharacteristicQuantity quantity) {
@@ -32,6 +34,18 @@ bool IsOfShape(CharacteristicQuantity quantity) {
                                                             CHARACTERISTIC_QUANTITY_SECTION_PROFILE_FORM,
                                                             CHARACTERISTIC_QUANTITY_TWIST};
   return kOfShape.count(quantity) > 0;
+}
+
+// What a rigid motion may take out of its limits.
+bool IsMoved(CharacteristicQuantity quantity) {
+  static const std::set<CharacteristicQuantity> kMoved = {
+      CHARACTERISTIC_QUANTITY_SECTION_STAGGER, CHARACTERISTIC_QUANTITY_SECTION_PROFILE_FORM_AND_LOCATION,
+      CHARACTERISTIC_QUANTITY_BOW_X, CHARACTERISTIC_QUANTITY_BOW_Y, CHARACTERISTIC_QUANTITY_THROAT};
+  return kMoved.count(quantity) > 0;
+}
+
+bool IsLocated(const Characteristic& characteristic) {
+  return characteristic.quantity() == CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION;
 }
 
 // Patches of some profiles, each with where it is from.
@@ -51,7 +65,7 @@ void AddPatches(const AssessmentInputs& inputs, const Characteristic& characteri
   const storage::DeviationPatchesRow& rows = inputs.patches.at(result_index);
   const metrology::SurfaceRegion region = KernelRegion(inputs.drawing, characteristic.region());
   const v1::ProfileTolerance tolerance = ToleranceOf(inputs.drawing, characteristic);
-  const double guard = KernelRuleOf(tolerance.decision_rule()).guard_factor;
+  const metrology::DecisionRule rule = KernelRuleOf(tolerance.decision_rule());
   const auto three = [](const std::vector<double>& of, std::size_t i) {
     return Eigen::Vector3d(of[3 * i], of[3 * i + 1], of[3 * i + 2]);
   };
@@ -59,7 +73,8 @@ void AddPatches(const AssessmentInputs& inputs, const Characteristic& characteri
     const Eigen::Vector3d centre_mm = three(rows.centres_in_part_mm, i), normal = three(rows.normals_in_part, i);
     if (!std::isfinite(rows.means_um[i]) || !region.Has(centre_mm, normal)) continue;
     zone->patches.push_back({centre_mm, normal, kMmPerUm * rows.means_um[i],
-                             guard * kMmPerUm * rows.expanded_uncertainties_um[i], tolerance.lower_mm(),
+                             rule.sure_guard_factor() * kMmPerUm * rows.expanded_uncertainties_um[i],
+                             rule.guard_factor * kMmPerUm * rows.expanded_uncertainties_um[i], tolerance.lower_mm(),
                              tolerance.upper_mm()});
     zone->told.push_back({characteristic.characteristic(),
                           result_index,
@@ -73,7 +88,7 @@ void AddPatches(const AssessmentInputs& inputs, const Characteristic& characteri
 }
 
 absl::StatusOr<std::string> CureOf(const Zone& zone, const std::function<bool()>& keep_going, Assessed* assessed) {
-  if (zone.patches.empty()) return std::string("UNKNOWN");
+  if (zone.patches.empty() || zone.patches.size() > kMostPatches) return std::string("UNKNOWN");
   const auto found = metrology::FindCure(zone.patches, keep_going);
   if (!found.ok()) return found.status();
   if (found->cure == metrology::Cure::kNone && assessed->conflicts.empty())
@@ -106,11 +121,28 @@ Zone ZoneOf(const AssessmentInputs& inputs, const Assessed& assessed, const std:
   for (std::size_t i = 0; i < of.size(); ++i) {
     const std::optional<int>& result = assessed.findings[i].result_index;
     if (!result || inputs.patches.count(*result) == 0) continue;
-    const bool together = one.quantity() == CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION &&
-                          of[i]->quantity() == one.quantity() && of[i]->datum_system() == one.datum_system();
+    const bool together = IsLocated(one) && IsLocated(*of[i]) && of[i]->datum_system() == one.datum_system();
+    if (zone.patches.size() > kMostPatches) break;
     if (together || i == place) AddPatches(inputs, *of[i], *result, &zone);
   }
   return zone;
+}
+
+// A motion that cures a profile where it lies may take something else out that no patch tells of: stagger and its like, what was not seen, and
+// profiles of another datum system, which it moves too.
+void WithholdUnsureCures(const AssessmentInputs& inputs, const std::vector<const Characteristic*>& of,
+                         Assessed* assessed) {
+  std::set<std::string> datum_systems;
+  bool others = false;
+  for (std::size_t i = 0; i < of.size(); ++i) {
+    const std::optional<int>& result = assessed->findings[i].result_index;
+    if (IsLocated(*of[i])) datum_systems.insert(of[i]->datum_system());
+    others =
+        others || IsMoved(of[i]->quantity()) || (IsLocated(*of[i]) && (!result || inputs.patches.count(*result) == 0));
+  }
+  if (!others && datum_systems.size() < 2) return;
+  for (std::size_t i = 0; i < of.size(); ++i)
+    if (IsLocated(*of[i]) && assessed->findings[i].cure == "POSSIBLE") assessed->findings[i].cure = "UNKNOWN";
 }
 
 }  // namespace
@@ -123,7 +155,7 @@ absl::Status FindCures(const AssessmentInputs& inputs, const std::function<bool(
     if (finding.verdict != "NOT_CONFORM") continue;
     finding.cure = IsOfShape(of[i]->quantity()) ? "NONE" : "UNKNOWN";
     if (KindOf(of[i]->quantity()) != ResultKind::kDeviationMap) continue;
-    const bool located = of[i]->quantity() == CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION;
+    const bool located = IsLocated(*of[i]);
     if (const auto known = by_datum_system.find(of[i]->datum_system()); located && known != by_datum_system.end()) {
       finding.cure = known->second;
       continue;
@@ -133,6 +165,7 @@ absl::Status FindCures(const AssessmentInputs& inputs, const std::function<bool(
     finding.cure = *cure;
     if (located) by_datum_system[of[i]->datum_system()] = *cure;
   }
+  WithholdUnsureCures(inputs, of, assessed);
   return absl::OkStatus();
 }
 

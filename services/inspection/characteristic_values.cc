@@ -17,6 +17,8 @@ using plant::v1::Drawing;
 
 // Of what went through a normalisation, or radians.
 constexpr double kSame = 1e-9;
+// Over wider patches a dent would be averaged away.
+constexpr double kGreatestPatch_mm = 2;
 
 template <typename Message>
 bool Same(const Message& one, const Message& other) {
@@ -49,12 +51,10 @@ bool SameRegion(const v1::DeviationMap& map, const std::string& in_map, const Dr
   return Same(one, other);
 }
 
-std::vector<std::string> HolesOf(const Characteristic& characteristic, const plant::v1::Part& part) {
-  std::vector<std::string> holes;
-  for (const plant::v1::HoleGroup& group : part.hole_groups())
-    if (group.group() == characteristic.hole_group())
-      for (const plant::v1::Hole& hole : group.holes()) holes.push_back(hole.hole());
-  return holes;
+// The start lies on the surface, which the axis may meet at a slant.
+double SlantOf(const plant::v1::HoleGroup& group, const plant::v1::Hole& hole) {
+  const auto &axis = group.axis_in_part(), &normal = hole.normal_in_part();
+  return 1 / std::max(1e-3, std::abs(axis.x() * normal.x() + axis.y() * normal.y() + axis.z() * normal.z()));
 }
 
 }  // namespace
@@ -65,6 +65,20 @@ const std::string& AssessedResult::name() const {
 
 const std::string& AssessedResult::blade() const {
   return std::visit([](const auto& one) -> const std::string& { return one.blade(); }, result);
+}
+
+void AssessedResult::IndexPlaces() {
+  if (const auto* const inspection = std::get_if<v1::Inspection>(&result)) {
+    for (int i = 0; i < inspection->holes_size(); ++i)
+      places.emplace(inspection->holes(i).group() + "/" + inspection->holes(i).hole(), i);
+    for (int i = 0; i < inspection->pitches_size(); ++i) {
+      const v1::HolePitch& pitch = inspection->pitches(i);
+      places.emplace(pitch.group() + "/" + pitch.from() + " to " + pitch.to(), i);
+    }
+  } else if (const auto* const measurement = std::get_if<v1::Measurement>(&result)) {
+    for (int i = 0; i < measurement->values_size(); ++i)
+      places.emplace(measurement->values(i).characteristic() + "/" + measurement->values(i).feature(), i);
+  }
 }
 
 registration::v1::Method AssessedResult::method() const {
@@ -79,16 +93,28 @@ std::vector<Feature> FeaturesOf(const Characteristic& characteristic, const plan
   const bool pair = characteristic.quantity() == CHARACTERISTIC_QUANTITY_HOLE_PITCH ||
                     characteristic.quantity() == CHARACTERISTIC_QUANTITY_HOLE_PITCH_OVER_DIAMETER;
   if (characteristic.hole_group().empty()) return {{"", "", ""}};
-  const auto pitch = [](const std::string& from, const std::string& to) {
-    return Feature{from + " to " + to, from, to};
-  };
-  if (!characteristic.hole().empty())
-    return {pair ? pitch(characteristic.hole(), characteristic.to_hole())
-                 : Feature{characteristic.hole(), characteristic.hole(), ""}};
   std::vector<Feature> features;
-  const std::vector<std::string> holes = HolesOf(characteristic, part);
-  for (std::size_t i = 0; i + (pair ? 1 : 0) < holes.size(); ++i)
-    features.push_back(pair ? pitch(holes[i], holes[i + 1]) : Feature{holes[i], holes[i], ""});
+  for (const plant::v1::HoleGroup& group : part.hole_groups()) {
+    if (group.group() != characteristic.hole_group()) continue;
+    const auto slant = [&](const std::string& name) {
+      for (const plant::v1::Hole& hole : group.holes())
+        if (hole.hole() == name) return SlantOf(group, hole);
+      return 1.0;
+    };
+    if (!characteristic.hole().empty() && pair)
+      return {{characteristic.hole() + " to " + characteristic.to_hole(), characteristic.hole(),
+               characteristic.to_hole(), slant(characteristic.hole()), slant(characteristic.to_hole())}};
+    if (!characteristic.hole().empty())
+      return {{characteristic.hole(), characteristic.hole(), "", slant(characteristic.hole())}};
+    for (int i = 0; i + (pair ? 1 : 0) < group.holes_size(); ++i) {
+      const plant::v1::Hole& one = group.holes(i);
+      Feature& feature = features.emplace_back(Feature{one.hole(), one.hole(), "", SlantOf(group, one)});
+      if (!pair) continue;
+      feature.to_hole = group.holes(i + 1).hole();
+      feature.feature += " to " + feature.to_hole;
+      feature.to_slant = SlantOf(group, group.holes(i + 1));
+    }
+  }
   return features;
 }
 
@@ -99,6 +125,7 @@ double PerMillimetre(const Characteristic& characteristic) {
 std::optional<FoundValue> ProfileIn(const v1::DeviationMap& map, const Drawing& drawing,
                                     const Characteristic& characteristic) {
   if (KindOf(characteristic.quantity()) != ResultKind::kDeviationMap) return std::nullopt;
+  if (map.patch_mm() > kGreatestPatch_mm) return std::nullopt;
   const v1::ProfileTolerance wanted = ToleranceOf(drawing, characteristic);
   for (const v1::ProfileFinding& profile : map.profiles()) {
     const v1::ProfileTolerance& tolerance = profile.tolerance();
@@ -121,40 +148,43 @@ std::optional<FoundValue> ProfileIn(const v1::DeviationMap& map, const Drawing& 
 std::optional<FoundValue> ValueIn(const AssessedResult& result, const Drawing& drawing,
                                   const Characteristic& characteristic, const Feature& feature,
                                   const plant::v1::Part& part) {
-  if (const auto* const inspection = std::get_if<v1::Inspection>(&result.result))
-    return HoleValueIn(*inspection, characteristic, feature, part);
+  if (std::holds_alternative<v1::Inspection>(result.result)) return HoleValueIn(result, characteristic, feature, part);
   if (const auto* const map = std::get_if<v1::DeviationMap>(&result.result))
     return ProfileIn(*map, drawing, characteristic);
   if (const auto* const sections = std::get_if<v1::SectionMeasurement>(&result.result))
     return SectionValueIn(*sections, drawing, characteristic);
-  return MeasuredValueIn(std::get<v1::Measurement>(result.result), characteristic, feature);
+  return MeasuredValueIn(result, characteristic, feature);
 }
 
-std::optional<FoundValue> MeasuredValueIn(const v1::Measurement& measurement, const Characteristic& characteristic,
+std::optional<FoundValue> MeasuredValueIn(const AssessedResult& measurement, const Characteristic& characteristic,
                                           const Feature& feature) {
-  for (const v1::MeasuredCharacteristic& one : measurement.values()) {
-    if (one.characteristic() != characteristic.characteristic() || one.feature() != feature.feature) continue;
-    const auto conversion = ConversionTo(characteristic.unit(), runtime::WordOf(one.unit()));
-    if (!conversion) return std::nullopt;  // another revision of the drawing had another unit
-    FoundValue found;
-    found.reason = one.reason();
-    if (!one.has_value()) return found;
-    ValueWithUncertainty& value = found.values.emplace_back();
-    value.value = conversion->Of(one.value());
-    if (one.has_expanded_uncertainty()) value.expanded_uncertainty = conversion->Of(one.expanded_uncertainty());
-    return found;
-  }
-  return std::nullopt;
+  const auto place = measurement.places.find(characteristic.characteristic() + "/" + feature.feature);
+  if (place == measurement.places.end()) return std::nullopt;
+  const v1::MeasuredCharacteristic& one = std::get<v1::Measurement>(measurement.result).values(place->second);
+  const auto conversion = ConversionTo(characteristic.unit(), runtime::WordOf(one.unit()));
+  if (!conversion) return std::nullopt;
+  FoundValue found;
+  found.reason = one.reason();
+  if (!one.has_value()) return found;
+  ValueWithUncertainty& value = found.values.emplace_back();
+  value.value = conversion->Of(one.value());
+  if (one.has_expanded_uncertainty()) value.expanded_uncertainty = conversion->Of(one.expanded_uncertainty());
+  return found;
 }
 
 bool IsOf(const AssessedResult& result, const DatumFit& fit) {
   if (result.method() != fit.method) return false;
-  if (fit.method != registration::v1::METHOD_LOCAL) return true;
-  // The same places: a local fit elsewhere is another datum.
+  const registration::v1::FitOptions& made = result.registration.options();
+  constexpr int kAllDirections = 6;
+  if (!made.degrees_of_freedom().empty() && made.degrees_of_freedom_size() < kAllDirections) return false;
+  // Six points are where they are, whichever points led to them.
+  if (fit.method == registration::v1::METHOD_SIX_POINT || fit.method == registration::v1::METHOD_SIX_POINT_NORMALS)
+    return true;
+  // The same places: a fit to others is another datum.
   registration::v1::FitOptions asked, wanted;
-  *asked.mutable_regions_in() = result.registration.options().regions_in();
+  *asked.mutable_regions_in() = made.regions_in();
   *wanted.mutable_regions_in() = fit.options.regions_in();
-  return Same(asked, wanted) && result.registration.options().regions_out().empty();
+  return Same(asked, wanted) && made.regions_out().empty();
 }
 
 }  // namespace sixpoint::inspection

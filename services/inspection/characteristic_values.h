@@ -1,6 +1,7 @@
 // What a recorded result has of a drawing's characteristics, in the characteristic's unit: pure.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -20,7 +21,11 @@ namespace sixpoint::inspection {
 struct AssessedResult {
   std::variant<v1::Inspection, v1::DeviationMap, v1::SectionMeasurement, v1::Measurement> result;
   registration::v1::Registration registration;  // of another instrument's measurement: unset
+  // Where in the result a hole ("group/hole"), a pitch ("group/from to to") or a measured characteristic ("balloon/feature") stands.
+  std::map<std::string, int> places = {};
 
+  // Once the result is set.
+  void IndexPlaces();
   const std::string& name() const;
   const std::string& blade() const;
   registration::v1::Method method() const;  // unspecified of another instrument's measurement
@@ -28,8 +33,10 @@ struct AssessedResult {
 
 // Where a characteristic is measured: once, or at each hole of its group.
 struct Feature {
-  std::string feature;  // "h3", "h3 to h4"; empty: at one place
-  std::string hole, to_hole;
+  std::string feature = {};  // "h3", "h3 to h4"; empty: at one place
+  std::string hole = {}, to_hole = {};
+  // How much longer a way on the surface is than across the axis, at the hole and at the other one.
+  double slant = 1, to_slant = 1;
 };
 std::vector<Feature> FeaturesOf(const plant::v1::Characteristic& characteristic, const plant::v1::Part& part);
 
@@ -56,14 +63,14 @@ std::optional<FoundValue> ValueIn(const AssessedResult& result, const plant::v1:
                                   const plant::v1::Part& part);
 
 // Of each kind of result, for the above.
-std::optional<FoundValue> HoleValueIn(const v1::Inspection& inspection, const plant::v1::Characteristic& characteristic,
+std::optional<FoundValue> HoleValueIn(const AssessedResult& inspection, const plant::v1::Characteristic& characteristic,
                                       const Feature& feature, const plant::v1::Part& part);
 std::optional<FoundValue> ProfileIn(const v1::DeviationMap& map, const plant::v1::Drawing& drawing,
                                     const plant::v1::Characteristic& characteristic);
 std::optional<FoundValue> SectionValueIn(const v1::SectionMeasurement& sections, const plant::v1::Drawing& drawing,
                                          const plant::v1::Characteristic& characteristic);
 
-std::optional<FoundValue> MeasuredValueIn(const v1::Measurement& measurement,
+std::optional<FoundValue> MeasuredValueIn(const AssessedResult& measurement,
                                           const plant::v1::Characteristic& characteristic, const Feature& feature);
 
 // Units of the characteristic in a millimetre; of an angle or a ratio 1.

@@ -16,6 +16,7 @@ using plant::v1::Drawing;
 
 constexpr double kUsualCoverage = 0.95, kUsualFacing_deg = 60;
 constexpr int kMostOfMap = 64;
+constexpr double kPatch_mm = 1;
 // What a fit's box may be as wide as.
 constexpr double kUnbounded_mm = 1e6;
 
@@ -89,6 +90,7 @@ std::vector<Wanted> WantedOf(const Drawing& drawing, v1::AssessmentStage stage) 
 
 v1::MapDeviationRequest MapOf(const Drawing& drawing, const Wanted& order) {
   v1::MapDeviationRequest request;
+  request.set_patch_mm(kPatch_mm);
   for (const int index : order.characteristics) {
     *request.add_profiles() = ToleranceOf(drawing, drawing.characteristics(index));
     const std::string& name = drawing.characteristics(index).region();

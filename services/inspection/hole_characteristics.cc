@@ -22,13 +22,18 @@ FoundValue NotMeasured(const std::string& reason) {
   return found;
 }
 
+// Of what is left without them the degrees of freedom are not kept: Student's factor of 95 % at eight.
+constexpr double kCoverage = 2.306;
+
 // The drawing says by which datums a hole is positioned: what other positionings would say is no uncertainty of that.
 template <typename Budget>
-double WithoutOtherPositionings(double expanded_uncertainty, const Budget& budget) {
+double WithoutOtherPositionings(double expanded_uncertainty_um, const Budget& budget) {
+  double variance_um2 = 0;
   for (const auto& component : budget)
-    if (component.source() == metrology::kOtherPositionings)
-      return expanded_uncertainty * std::sqrt(std::max(0.0, 1 - component.share()));
-  return expanded_uncertainty;
+    if (component.source() != metrology::kOtherPositionings)
+      variance_um2 += component.standard_uncertainty_um() * component.standard_uncertainty_um();
+  return budget.empty() ? expanded_uncertainty_um
+                        : std::min(expanded_uncertainty_um, kCoverage * std::sqrt(variance_um2));
 }
 
 // Of the hole's start from its nominal one, along a direction that is told across the drawn axis. The two values' errors may go together in
@@ -70,17 +75,8 @@ void LeaveOpen(double by, FoundValue* found) {
   found->open_reason = kLoose;
 }
 
-// The start lies on the surface, which the axis may meet at a slant.
-double Slant(const HoleGroup& group, const std::string& hole) {
-  for (const Hole& one : group.holes()) {
-    const auto &axis = group.axis_in_part(), &normal = one.normal_in_part();
-    if (one.hole() == hole)
-      return 1 / std::max(1e-3, std::abs(axis.x() * normal.x() + axis.y() * normal.y() + axis.z() * normal.z()));
-  }
-  return 1;
-}
-
-FoundValue HoleValue(const v1::HoleResult& hole, const Characteristic& characteristic, const HoleGroup& group) {
+FoundValue HoleValue(const v1::HoleResult& hole, const Characteristic& characteristic, const Feature& feature,
+                     const HoleGroup& group) {
   if (!hole.has_position_error_mm()) return NotMeasured(hole.reason().empty() ? "not measured" : hole.reason());
   const double mm = PerMillimetre(characteristic), play_mm = UnstatedPlay_mm(hole, group);
   FoundValue found;
@@ -89,7 +85,7 @@ FoundValue HoleValue(const v1::HoleResult& hole, const Characteristic& character
       found.values = {
           {mm * hole.position_error_mm(),
            mm * kMmPerUm * WithoutOtherPositionings(hole.position_expanded_uncertainty_um(), hole.budget())}};
-      LeaveOpen(mm * play_mm * Slant(group, hole.hole()), &found);
+      LeaveOpen(mm * play_mm * feature.slant, &found);
       return found;
     case CHARACTERISTIC_QUANTITY_HOLE_INCLINATION:
       found.values = {{hole.inclination_error_deg(), hole.inclination_expanded_uncertainty_deg()}};
@@ -102,46 +98,45 @@ FoundValue HoleValue(const v1::HoleResult& hole, const Characteristic& character
       return found;
     default:
       found = DisplacementIn(hole, characteristic, group);
-      LeaveOpen(mm * play_mm * Slant(group, hole.hole()), &found);
+      LeaveOpen(mm * play_mm * feature.slant, &found);
       return found;
   }
 }
 
-const v1::HoleResult* HoleOf(const v1::Inspection& inspection, const std::string& group, const std::string& hole) {
-  for (const v1::HoleResult& one : inspection.holes())
-    if (one.group() == group && one.hole() == hole) return &one;
-  return nullptr;
+const v1::HoleResult* HoleOf(const AssessedResult& inspection, const std::string& group, const std::string& hole) {
+  const auto place = inspection.places.find(group + "/" + hole);
+  return place == inspection.places.end() ? nullptr : &std::get<v1::Inspection>(inspection.result).holes(place->second);
 }
 
-FoundValue PitchIn(const v1::Inspection& inspection, const Characteristic& characteristic, const Feature& feature,
+FoundValue PitchIn(const AssessedResult& inspection, const Characteristic& characteristic, const Feature& feature,
                    const HoleGroup& group) {
-  for (const v1::HolePitch& pitch : inspection.pitches()) {
-    const bool same = pitch.from() == feature.hole && pitch.to() == feature.to_hole;
-    const bool back = pitch.from() == feature.to_hole && pitch.to() == feature.hole;
-    if (pitch.group() != characteristic.hole_group() || !(same || back)) continue;
-    if (!pitch.has_pitch_mm()) return NotMeasured(pitch.reason());
-    FoundValue found;
-    const bool is_length = characteristic.quantity() == CHARACTERISTIC_QUANTITY_HOLE_PITCH;
-    const double mm = is_length ? PerMillimetre(characteristic) : 1 / group.diameter_mm();
-    if (is_length) {
-      found.nominal = mm * pitch.nominal_pitch_mm();
-      found.values = {{mm * pitch.pitch_mm(), mm * kMmPerUm * pitch.expanded_uncertainty_um()}};
-    } else {
-      found.nominal = mm * pitch.nominal_pitch_mm();
-      found.values = {{pitch.pitch_over_diameter(), pitch.pitch_over_diameter_expanded_uncertainty()}};
-    }
-    for (const std::string* hole : {&feature.hole, &feature.to_hole})
-      if (const auto* const end = HoleOf(inspection, characteristic.hole_group(), *hole); end != nullptr)
-        LeaveOpen(mm * UnstatedPlay_mm(*end, group) * Slant(group, *hole), &found);
-    return found;
-  }
-  return NotMeasured(inspection.pitches().empty() ? kNotKept
-                                                  : "pitches are measured from each hole to the next of its group");
+  const auto& pitches = std::get<v1::Inspection>(inspection.result).pitches();
+  auto place = inspection.places.find(group.group() + "/" + feature.hole + " to " + feature.to_hole);
+  if (place == inspection.places.end())
+    place = inspection.places.find(group.group() + "/" + feature.to_hole + " to " + feature.hole);
+  if (place == inspection.places.end())
+    return NotMeasured(pitches.empty() ? kNotKept : "pitches are measured from each hole to the next of its group");
+  const v1::HolePitch& pitch = pitches[place->second];
+  if (!pitch.has_pitch_mm()) return NotMeasured(pitch.reason());
+  FoundValue found;
+  const bool is_length = characteristic.quantity() == CHARACTERISTIC_QUANTITY_HOLE_PITCH;
+  const double mm = is_length ? PerMillimetre(characteristic) : 1 / group.diameter_mm();
+  found.nominal = mm * pitch.nominal_pitch_mm();
+  found.values = {
+      is_length ? ValueWithUncertainty{mm * pitch.pitch_mm(), mm * kMmPerUm * pitch.expanded_uncertainty_um()}
+                : ValueWithUncertainty{pitch.pitch_over_diameter(), pitch.pitch_over_diameter_expanded_uncertainty()}};
+  const auto leave_open = [&](const std::string& hole, double slant) {
+    if (const auto* const end = HoleOf(inspection, group.group(), hole); end != nullptr)
+      LeaveOpen(mm * UnstatedPlay_mm(*end, group) * slant, &found);
+  };
+  leave_open(feature.hole, feature.slant);
+  leave_open(feature.to_hole, feature.to_slant);
+  return found;
 }
 
 }  // namespace
 
-std::optional<FoundValue> HoleValueIn(const v1::Inspection& inspection, const Characteristic& characteristic,
+std::optional<FoundValue> HoleValueIn(const AssessedResult& inspection, const Characteristic& characteristic,
                                       const Feature& feature, const Part& part) {
   const auto group = std::find_if(part.hole_groups().begin(), part.hole_groups().end(),
                                   [&](const HoleGroup& one) { return one.group() == characteristic.hole_group(); });
@@ -150,7 +145,7 @@ std::optional<FoundValue> HoleValueIn(const v1::Inspection& inspection, const Ch
   if (!feature.to_hole.empty()) return PitchIn(inspection, characteristic, feature, *group);
   const v1::HoleResult* const hole = HoleOf(inspection, characteristic.hole_group(), feature.hole);
   if (hole == nullptr) return std::nullopt;
-  return HoleValue(*hole, characteristic, *group);
+  return HoleValue(*hole, characteristic, feature, *group);
 }
 
 }  // namespace sixpoint::inspection

@@ -1,5 +1,6 @@
 #include "services/inspection/measurement_service.h"
 
+#include <algorithm>
 #include <set>
 #include <string>
 #include <utility>
@@ -184,11 +185,17 @@ absl::StatusOr<v1::CompareMeasurementsResponse> MeasurementService::Compare(
   if (!drawing.ok()) return runtime::NotKnown("drawing", request.drawing(), drawing.status());
   auto theirs = measurements_->List(filter, 0, kMostCompared + 1, caller.deadline);
   if (!theirs.ok()) return theirs.status();
+  // A balloon's number may mean something else in another revision.
+  const auto other = [&](const storage::MeasurementRow& row) {
+    return row.file.drawing_revision != drawing->revision();
+  };
+  theirs->erase(std::remove_if(theirs->begin(), theirs->end(), other), theirs->end());
   const bool truncated = theirs->size() > kMostCompared;
   if (truncated) theirs->resize(kMostCompared);
   std::set<std::string> serials;
   for (const storage::MeasurementRow& measurement : *theirs) serials.insert(measurement.blade_serial);
-  const auto ours = ours_->Of(filter.drawing_id, {serials.begin(), serials.end()}, caller.deadline);
+  const auto ours =
+      ours_->Of(filter.drawing_id, drawing->revision(), {serials.begin(), serials.end()}, caller.deadline);
   if (!ours.ok()) return ours.status();
   auto response = Compared(*drawing, *ours, *theirs);
   if (!response.ok()) return response.status();

@@ -17,9 +17,9 @@ namespace sixpoint::inspection {
 class OurValues {
  public:
   virtual ~OurValues() = default;
-  // Of these blades, by any revision of the drawing, the newest assessment first; what was not measured is left out. The blades are seen by who
-  // asks.
-  virtual absl::StatusOr<std::vector<OurValue>> Of(const std::string& drawing_id,
+  // Of these blades, by that revision of the drawing, one each of a blade's characteristics and features, of the newest assessment that has
+  // it. The blades are seen by who asks. INVALID_ARGUMENT: more than an answer holds.
+  virtual absl::StatusOr<std::vector<OurValue>> Of(const std::string& drawing_id, int drawing_revision,
                                                    const std::vector<std::string>& blade_serials,
                                                    storage::Deadline deadline) const = 0;
 };

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "metrology/inspection/verdict.h"
+
 namespace sixpoint::metrology {
 namespace {
 
@@ -18,7 +20,7 @@ std::vector<LimitedPatch> Plate() {
   for (double x = -19; x < 20; x += 2)
     for (double y = -9; y < 10; y += 2)
       for (const double side : {1.0, -1.0})
-        patches.push_back({Vector3d(x, y, 2 * side), Vector3d(0, 0, side), 0, 0.005, -0.1, 0.1});
+        patches.push_back({Vector3d(x, y, 2 * side), Vector3d(0, 0, side), 0, 0.005, 0.005, -0.1, 0.1});
   return patches;
 }
 
@@ -50,8 +52,8 @@ void ExpectProof(const std::vector<LimitedPatch>& patches, const CureFinding& fi
     share += conflict.share;
     force += sign * conflict.share * patch.normal;
     moment += sign * conflict.share * patch.centre_mm.cross(patch.normal);
-    lacking_mm += conflict.share * (conflict.above ? patch.deviation_mm - patch.guard_mm - patch.upper_mm
-                                                   : patch.lower_mm - patch.guard_mm - patch.deviation_mm);
+    lacking_mm += conflict.share * (conflict.above ? patch.deviation_mm - patch.outside_guard_mm - patch.upper_mm
+                                                   : patch.lower_mm - patch.outside_guard_mm - patch.deviation_mm);
   }
   EXPECT_NEAR(share, 1, 1e-9);
   EXPECT_LT(force.norm(), 1e-6);
@@ -94,10 +96,26 @@ TEST(FindCure, WithinTheUncertaintyOfTheLimitsIsUnknown) {
 TEST(FindCure, IsFoundWhereTheLeastSquaresFitHasNone) {
   std::vector<LimitedPatch> patches;
   for (double x = -19; x < 20; x += 2)
-    patches.push_back({Vector3d(x, 0, 0), Vector3d::UnitZ(), x > 17 ? 0.19 : 0.0, 0, -0.1, 0.1});
+    patches.push_back({Vector3d(x, 0, 0), Vector3d::UnitZ(), x > 17 ? 0.19 : 0.0, 0, 0, -0.1, 0.1});
   const auto finding = FindCure(patches);
   ASSERT_EQ(finding->cure, Cure::kPossible);
   for (const double left_mm : Cured(patches, finding->motion)) EXPECT_LE(std::abs(left_mm), 0.1 + 1e-9);
+}
+
+// A zone so narrow that a value in its middle conforms by less than 95 %: beside one limit it would seem to.
+TEST(FindCure, MindsBothLimitsOfANarrowZone) {
+  const DecisionRule rule = DecisionRule::Probability();
+  const double expanded_mm = 0.012, half_mm = 0.010;
+  EXPECT_LT(rule.guard_factor * expanded_mm, half_mm);
+  EXPECT_EQ(Judge(0, expanded_mm, {-half_mm, half_mm}, rule), Verdict::kUndecidable);
+  auto patches = Plate();
+  for (LimitedPatch& patch : patches) {
+    patch.inside_guard_mm = rule.sure_guard_factor() * expanded_mm;
+    patch.outside_guard_mm = rule.guard_factor * expanded_mm;
+    patch.lower_mm = -half_mm;
+    patch.upper_mm = half_mm;
+  }
+  EXPECT_EQ(FindCure(patches)->cure, Cure::kUnknown);
 }
 
 // So far is no longer a correction: deviations would not follow in proportion.
@@ -121,7 +139,7 @@ TEST(FindCure, HoldsInRandomWorlds) {
     for (int i = 0; i < 120; ++i) {
       const Vector3d direction = Vector3d(normal(random), normal(random), normal(random)).normalized();
       patches.push_back({Vector3d(20 * direction.x(), 10 * direction.y(), 5 * direction.z()), direction,
-                         form_mm * normal(random), 0.002, -0.1, 0.1});
+                         form_mm * normal(random), 0.002, 0.002, -0.1, 0.1});
     }
     Move(1e-3 * Vector3d(normal(random), normal(random), normal(random)),
          0.1 * Vector3d(normal(random), normal(random), normal(random)), &patches);

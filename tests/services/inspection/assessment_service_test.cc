@@ -99,13 +99,13 @@ class AssessmentServiceTest : public ::testing::Test {
     return plan;
   }
   // All that the plan asks for, from the only registration that there is.
-  std::vector<std::string> Measure(const AssessmentPlan& plan) {
+  std::vector<std::string> Measure(const AssessmentPlan& plan, double patch_mm = 2) {
     std::vector<std::string> names;
     for (const MeasurementOrder& order : plan.orders()) {
       if (order.has_map()) {
         MapDeviationRequest request = order.map();
         request.set_registration(testing::kRegistration);
-        request.set_patch_mm(2);
+        request.set_patch_mm(patch_mm);
         DeviationMap map;
         const grpc::Status status = maps_stub_->MapDeviation(runtime::ContextFor(60).get(), request, &map);
         EXPECT_TRUE(status.ok()) << status.error_message();
@@ -378,6 +378,20 @@ TEST_F(AssessmentServiceTest, DiscardsABlankThatNoMotionCures) {
   ASSERT_TRUE(stub_->GetAssessment(runtime::ContextFor(10).get(), get, &back).ok());
   EXPECT_EQ(back.DebugString(), hopeless->DebugString());
 
+  // Another drawing that asks for less lifts nothing.
+  auto transaction = plant_.database.database()->Begin(testing::Soon());
+  testing::PutDrawingOf(*transaction, "p1", "d2");
+  ASSERT_TRUE(transaction->Commit().ok());
+  drawing_.clear_characteristics();
+  AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION, -0.5, 0.5);
+  const auto wide = Measure(Plan(stage));
+  plant_.drawings.drawings["drawings/d2"] = drawing_;
+  plant_.drawings.drawings["drawings/d2"].set_name("drawings/d2");
+  AssessBladeRequest by_other = Request(wide, stage);
+  by_other.set_drawing("drawings/d2");
+  EXPECT_EQ(Assess(by_other)->fate(), BLANK_FATE_MACHINABLE);
+  EXPECT_EQ(ScrappedBy(), hopeless->name());
+
   // What says nothing lifts nothing; what says MACHINABLE does.
   drawing_.clear_characteristics();
   AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION, -0.02, 0.02).set_least_coverage(1);
@@ -423,6 +437,25 @@ TEST_F(AssessmentServiceTest, TakesAnotherInstrumentsValueWhereTheDrawingAsksFor
   EXPECT_EQ(beside->findings(0).others(0).result(), measured);
   EXPECT_DOUBLE_EQ(beside->findings(0).others(0).value(), 30.02);
   EXPECT_EQ(Assess(Request({measured}))->findings(0).verdict(), VERDICT_NOT_MEASURED) << "ours alone is judged";
+  drawing_.set_revision(2);
+  Draw();
+  EXPECT_THAT(std::string(Assess(Request({measured})).status().message()),
+              HasSubstr(measured + " by drawings/d1@1, want one by drawings/d1@2"));
+}
+
+// What a motion moves besides, and nobody can follow, makes its cure unsure.
+TEST_F(AssessmentServiceTest, ClaimsNoCureThatMayTakeSomethingElseOut) {
+  AddTop(CHARACTERISTIC_QUANTITY_PROFILE_FORM_AND_LOCATION, -0.02, 0.001);
+  const auto stage = ASSESSMENT_STAGE_BEFORE_MACHINING;
+  const auto results = Measure(Plan(stage));
+  ASSERT_EQ(Assess(Request(results, stage))->findings(0).cure(), CURE_POSSIBLE);
+  Characteristic& stagger = Add(CHARACTERISTIC_QUANTITY_SECTION_STAGGER, CHARACTERISTIC_UNIT_DEG, 1);
+  stagger.set_section("50 %");
+  stagger.set_datum_system("A|B|C");
+  Draw();
+  const auto assessment = Assess(Request(results, stage));
+  EXPECT_EQ(assessment->findings(0).cure(), CURE_UNKNOWN);
+  EXPECT_EQ(assessment->fate(), BLANK_FATE_UNDECIDED);
 }
 
 // A map whose profile is not the drawing's has nothing of it: other limits, another region, another rule.
@@ -448,6 +481,7 @@ TEST_F(AssessmentServiceTest, TakesAProfileThatWasJudgedAsDrawnAlone) {
   expect_none();
   drawing_.mutable_characteristics(0)->set_region("");
   expect_none();
+  EXPECT_EQ(Assess(Request(Measure(Plan(), 3)))->verdict(), VERDICT_NOT_MEASURED) << "a dent would be averaged away";
   drawing_.mutable_decision_rule()->set_edition("1998");  // does the same as 2013
   Draw();
   EXPECT_EQ(Assess(Request(results))->verdict(), VERDICT_CONFORM);

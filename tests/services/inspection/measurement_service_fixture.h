@@ -34,7 +34,8 @@ inline std::string Row(const std::string& serial, const std::string& characteris
 class StandInOurs final : public OurValues {
  public:
   std::vector<OurValue> values;
-  absl::StatusOr<std::vector<OurValue>> Of(const std::string& drawing_id, const std::vector<std::string>& blade_serials,
+  absl::StatusOr<std::vector<OurValue>> Of(const std::string& drawing_id, int /*drawing_revision*/,
+                                           const std::vector<std::string>& blade_serials,
                                            storage::Deadline) const override {
     EXPECT_EQ(drawing_id, "vane-70");
     std::vector<OurValue> of;
