@@ -1,5 +1,7 @@
 #include "services/inspection/measured_values.h"
 
+#include <absl/strings/ascii.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -49,7 +51,8 @@ struct Zone {
   bool is_whole = false;  // value and uncertainty are halved
 };
 
-absl::StatusOr<Zone> ZoneOf(const Characteristic& one, const std::string& told, const FileStatement& statement) {
+absl::StatusOr<Zone> ZoneOf(const Characteristic& one, const std::string& written, const FileStatement& statement) {
+  const std::string told = absl::AsciiStrToUpper(written);  // people write radius
   const ZoneKind kind = ZoneKindOf(one);
   if (kind == ZoneKind::kAsItIs) return Zone();
   if (kind == ZoneKind::kNone) {

@@ -46,7 +46,10 @@ std::string FitStateOf(const plant::v1::Drawing& drawing, const plant::v1::Chara
 std::string RuleText(const plant::v1::DecisionRule& rule) {
   switch (rule.kind()) {
     case plant::v1::DECISION_RULE_KIND_ISO_14253_1:
-      return "ISO 14253-1:" + rule.edition() + ": conform where the value is inside its limits by more than U (95 %)";
+      // Only the edition of 2017 asks for a probability.
+      return "ISO 14253-1:" + rule.edition() +
+             (rule.edition() == "2017" ? ": conform where the value is inside its limits with 95 % probability"
+                                       : ": conform where the value is inside its limits by U (95 %)");
     case plant::v1::DECISION_RULE_KIND_SIMPLE_ACCEPTANCE:
       return "simple acceptance: conform where the value is within its limits, whatever U";
     case plant::v1::DECISION_RULE_KIND_GUARD_FACTOR:
