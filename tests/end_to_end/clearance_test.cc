@@ -51,10 +51,11 @@ std::vector<Names> NamesOf(const CustomersPart& of) {
                     {"scan_id", of.scan.substr(6)},
                     {"registration", of.registration},
                     {"machining_model", of.machining_model},
+                    {"drawing", of.drawing},
                     {"drawing_id", of.drawing.substr(9)},
                     {"inspections", of.inspection},
                     {"results", of.inspection},
-                    {"assessment", of.inspection},
+                    {"assessment", of.assessment},
                     {"serial", of.blade.substr(7)},
                     {"part_id", of.part.substr(6)}};
   }
@@ -76,8 +77,8 @@ void Fill(Message* message, const Names& names, const std::string& of_machine, i
            names, of_machine, depth + 1);
     }
     if (field->name() == "view") reflection.SetEnumValue(message, field, list::v1::VIEW_FULL);
-    if (field->name() == "format")
-      reflection.SetEnumValue(message, field, 1);  // of what is written as a file the first one
+    // Of what is asked for one way the first one.
+    if (field->name() == "format" || field->name() == "stage") reflection.SetEnumValue(message, field, 1);
     if (field->cpp_type() != FieldDescriptor::CPPTYPE_STRING) continue;
     std::string text;
     if (field->name() == "request_id") text = storage::NewUuid();
@@ -270,7 +271,7 @@ TEST_F(ClearanceTest, WhatIsHiddenAnswersAsWhatIsNotRecorded) {
         for (const std::string& each :
              {names.name, names.by_field["part"], names.by_field["blade"], names.by_field["scans"],
               names.by_field["registration"], names.by_field["inspections"], names.by_field["machining_model"],
-              "drawings/" + names.by_field["drawing_id"]})
+              names.by_field["assessment"], "drawings/" + names.by_field["drawing_id"]})
           if (const std::size_t at = said.find(each); !each.empty() && at != std::string::npos)
             said.replace(at, each.size(), "NAME");
         return said;

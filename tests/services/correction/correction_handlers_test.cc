@@ -260,7 +260,7 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
        [&] {
          events_->cut = {{"another", {"G1", "H2"}}};
        }},
-      {"SCRAPPED of dispositions/d1: 1, want at most 0", [&] { events_->scrapped_by = "d1"; }},
+      {"SCRAPPED of dispositions/d1: 1, want at most 0", [&] { events_->scrapped_by = "dispositions/d1"; }},
   };
   for (const auto& [reason, spoil] : wrong) {
     SCOPED_TRACE(reason);
@@ -373,7 +373,7 @@ TEST_F(CorrectionHandlersTest, AProgramDoesNotLeaveWhoseBladeWasScrappedMeanwhil
   v1::CorrectRequest request = Request();
   request.set_nc_template("G90\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
   EXPECT_NE(Correct(request)->nc_program(), "");
-  events_->scrapped_against = "d1";  // while it was computed: the gate was not told
+  events_->scrapped_against = "dispositions/d1";  // while it was computed: the gate was not told
   const auto correction = Correct(request);
   ASSERT_TRUE(correction.ok()) << correction.status();
   EXPECT_EQ(correction->release(), v1::RELEASE_AUTOMATIC);
