@@ -111,15 +111,10 @@ TEST(MeasuredFile, OurOwnExportsComeBack) {
     EXPECT_EQ(from_csv[i].unit, c.unit);
     EXPECT_EQ(from_csv[i].measured_at, part.recorded_at);
     EXPECT_EQ(from_csv[i].reason, part.values[i].value ? "" : part.values[i].reason);
-    const bool whole = c.kind != Characteristic::Kind::kInclination && i != 8;
-    EXPECT_EQ(from_qif[i].zone, c.kind == Characteristic::Kind::kInclination ? ""
-                                : c.kind == Characteristic::Kind::kPosition  ? "DIAMETER"
-                                : i == 8                                     ? "BORDERS"
-                                                                             : "WIDTH");
-    EXPECT_EQ(from_csv[i].zone, c.kind == Characteristic::Kind::kInclination ? ""
-                                : c.kind == Characteristic::Kind::kPosition  ? "RADIUS"
-                                : i == 8                                     ? "BORDERS"
-                                                                             : "HALF_WIDTH");
+    const bool position = c.kind == Characteristic::Kind::kPosition, profile = c.kind == Characteristic::Kind::kProfile;
+    const bool whole = (position || profile) && i != 8;
+    EXPECT_EQ(from_qif[i].zone, position ? "DIAMETER" : !profile ? "" : i == 8 ? "BORDERS" : "WIDTH");
+    EXPECT_EQ(from_csv[i].zone, position ? "RADIUS" : !profile ? "" : i == 8 ? "BORDERS" : "HALF_WIDTH");
     ASSERT_EQ(from_qif[i].value.has_value(), part.values[i].value.has_value());
     if (!from_qif[i].value) continue;
     EXPECT_DOUBLE_EQ(*from_qif[i].value, (whole ? 2 : 1) * *part.values[i].value);
