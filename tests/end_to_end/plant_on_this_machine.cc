@@ -1,6 +1,8 @@
 #include "tests/end_to_end/plant_on_this_machine.h"
 
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -12,13 +14,37 @@ namespace sixpoint::testing {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+// The first of ports that no other test on this machine uses, as long as this process lives: a plant that is down holds no port
+// itself, and another test's would come up there. The mark is a socket's abstract name, which the kernel frees.
+int PortsOfThisProcess() {
+  constexpr int kFirstPort = 20'000, kPlaces = 90, kPortsEach = 140;  // room for two plants, and where each is seen
+  for (int tried = 0; tried < kPlaces; ++tried) {
+    const int place = (static_cast<int>(getpid()) + tried) % kPlaces;
+    sockaddr_un name{};
+    name.sun_family = AF_UNIX;
+    const std::string mark = "sixpoint-test-ports-" + std::to_string(place);
+    mark.copy(name.sun_path + 1, sizeof name.sun_path - 1);
+    const int handle = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (bind(handle, reinterpret_cast<const sockaddr*>(&name), sizeof name) == 0)
+      return kFirstPort + place * kPortsEach;
+    close(handle);
+  }
+  ADD_FAILURE() << "every place is taken";
+  std::abort();
+}
+
+}  // namespace
+
 void PlantOnThisMachine::SetUp() {
   if (std::system("command -v supervisord >/dev/null") != 0) GTEST_SKIP() << "SKIPPED: no supervisord";
   std::string pattern = (fs::temp_directory_path() / "sixpoint-up-XXXXXX").string();
   ASSERT_NE(mkdtemp(pattern.data()), nullptr);
   folder_ = pattern;
-  chmod(folder_.c_str(), 0755);                            // the services run as another user
-  port_ = 20'000 + static_cast<int>(getpid()) % 90 * 140;  // room for two plants, and where each is seen
+  chmod(folder_.c_str(), 0755);  // the services run as another user
+  static const int ports = PortsOfThisProcess();
+  port_ = ports;
   // Else the plant would be looked for where one without --data is.
   setenv("SIXPOINT_IDENTITY", (data() + "/certificates/local").c_str(), 1);
 }
