@@ -16,7 +16,7 @@ using inspection::v1::ExportService;
 
 struct Arguments {
   std::string format, blade, part, machine, calibration, verdict, since, until, folder = ".";
-  bool only_newest = false, assessments = false;
+  bool only_newest = false, assessments = false, points = false;
 };
 
 // What comes from elsewhere names no folder, and nothing that is hidden.
@@ -46,6 +46,7 @@ absl::StatusOr<inspection::v1::ExportResultsRequest> RequestOf(const Arguments& 
   *request.mutable_recorded() = *recorded;
   request.set_only_newest(arguments.only_newest);
   request.set_assessments(arguments.assessments);
+  request.set_deviation_points(arguments.points);
   return request;
 }
 
@@ -110,6 +111,8 @@ void AddExportCommand(Command* app, Session* session) {
   command->AddFlag("--only-newest", &arguments->only_newest, "Of each blade the newest results alone");
   command->AddFlag("--assessments", &arguments->assessments,
                    "Assessments, by their drawings' balloon numbers, instead of inspections and maps");
+  command->AddFlag("--points", &arguments->points,
+                   "QIF: of maps each patch of a profile, as a point with its deviation");
   command->AddOption("--folder", &arguments->folder, "Where the files go")->ShowDefault();
   session->OnCommand(command, [session, arguments] { return Export(session, *arguments); });
 }

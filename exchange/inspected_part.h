@@ -4,6 +4,7 @@
 
 #include <absl/status/status.h>
 
+#include <array>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -32,12 +33,19 @@ struct Characteristic {
   std::optional<double> lower, upper;  // none: there is no limit on that side
 };
 
+// A place on the nominal surface, what was measured there along its normal.
+struct DeviationPoint {
+  std::array<double, 3> nominal_mm, normal;  // part frame; outward, unit
+  double deviation_mm = 0;                   // positive outside
+};
+
 // Of the characteristic at the same index.
 struct MeasuredValue {
   std::optional<double> value;                 // none exactly where it was not measured
   std::optional<double> expanded_uncertainty;  // 95 %
   // Of profiles alone, mm: the least and the greatest deviation, positive outside.
   std::optional<double> worst_negative, worst_positive;
+  std::vector<DeviationPoint> points;  // of profiles alone: written to QIF, where they were asked for
   Verdict verdict = Verdict::kNotMeasured;
   std::string reason;  // why it was not measured, or why nothing is said; else empty
   bool does_not_count =
@@ -60,7 +68,7 @@ struct InspectedPart {
 };
 
 // What every writer asks of a part before it writes a byte: as many values as characteristics, names once and not empty, units of their
-// kinds, finite numbers below 1e15, a value exactly where it was measured, texts of UTF-8 without control characters beside tab and
+// kinds, finite numbers below 1e15, a value exactly where it was measured, points of profiles alone, texts of UTF-8 without control characters beside tab and
 // ends of line. INVALID_ARGUMENT names the field.
 absl::Status Check(const InspectedPart& part);
 

@@ -24,16 +24,33 @@ std::string QifDocumentId(const std::string& result);
 // Of one characteristic, in CharacteristicDesignator: the same in the plan and in all results of that revision.
 std::string QifCharacteristicId(const std::string& part, int revision, const std::string& characteristic);
 
-// The characteristics of the part's revision; no value is in it. INVALID_ARGUMENT as Check, where there is no characteristic, and where
-// one is of another kind than ours.
+// What the results of one revision's characteristics share, worked out once for as many of them as there are.
+class QifPlan {
+ public:
+  // INVALID_ARGUMENT as Check, where there is no characteristic, and where one is of another kind than ours.
+  static absl::StatusOr<QifPlan> Of(const InspectedPart& part);
+  // Whether the part is of that revision, judged by the same characteristics with the same limits.
+  bool IsOf(const InspectedPart& part) const { return SameCharacteristics(of_, part); }
+  const std::string& id() const { return id_; }
+
+  // The characteristics; no value is in it.
+  std::string PlanDocument() const;
+  // One result of the plan. INVALID_ARGUMENT as Of, where the plan is another's, and where `result` ends with no UUID.
+  absl::StatusOr<std::string> ResultDocument(const InspectedPart& part) const;
+
+ private:
+  InspectedPart of_;                  // part, revision and characteristics
+  std::string id_, characteristics_;  // as both documents have them
+};
+
+// Both of one part alone.
 absl::StatusOr<std::string> QifPlanOf(const InspectedPart& part);
-// One result. INVALID_ARGUMENT besides where `result` ends with no UUID.
 absl::StatusOr<std::string> ToQif(const InspectedPart& part);
 
 inline constexpr std::size_t kMostQifBytes = 32 << 20;
 inline constexpr std::size_t kMostQifCharacteristics = 20000;
 
-// All that ToQif wrote; of others' documents characteristics with their limits, values, statuses, serial number, part, order, operator and
+// All that ToQif wrote but a profile's points; of others' documents characteristics with their limits, values, statuses, serial number, part, order, operator and
 // time. A status that says nothing of a value (UNDEFINED, SYSERROR) becomes undecidable with that reason, never a pass.
 // INVALID_ARGUMENT names what cannot be read: a document of another version, without units, with a document type, of several parts, with
 // characteristics in another file, or larger than the bounds above.

@@ -16,6 +16,7 @@ inline constexpr char kMethod[] = "sixpoint.method";
 inline constexpr char kRegistration[] = "sixpoint.registration";
 inline constexpr char kCalibration[] = "sixpoint.calibration";
 inline constexpr char kScan[] = "sixpoint.scan";
+inline constexpr char kCharacteristic[] = "sixpoint.characteristic";
 inline constexpr char kRatioUnit[] = "ratio";
 inline constexpr char kUncertainty[] = "sixpoint.uncertainty";
 

@@ -3,6 +3,8 @@
 #include <vector>
 
 #include "exchange/qif.h"
+#include "exchange/qif_elements.h"
+#include "exchange/qif_points.h"
 #include "exchange/qif_words.h"
 #include "exchange/text.h"
 #include "exchange/verdicts.h"
@@ -13,30 +15,12 @@ namespace sixpoint::exchange {
 namespace {
 
 using Kind = Characteristic::Kind;
-using Named = std::vector<std::pair<std::string, std::string>>;
-
-// The ids of a document's objects. Those of the plan come first, so that they are the same in each result document.
-struct Ids {
-  std::size_t count;  // characteristics
-  static constexpr std::size_t kStandard = 1, kPart = 2;
-  static std::size_t Definition(std::size_t i) { return 3 + 3 * i; }
-  static std::size_t Nominal(std::size_t i) { return 4 + 3 * i; }
-  static std::size_t Item(std::size_t i) { return 5 + 3 * i; }
-  std::size_t last_of_plan() const { return 2 + 3 * count; }
-  std::size_t plan() const { return last_of_plan() + 1; }
-  std::size_t software() const { return last_of_plan() + 2; }
-  std::size_t device() const { return last_of_plan() + 3; }
-  std::size_t tool() const { return last_of_plan() + 4; }
-  std::size_t sensor() const { return last_of_plan() + 5; }
-  std::size_t component() const { return last_of_plan() + 6; }
-  std::size_t results() const { return last_of_plan() + 7; }
-  std::size_t Measurement(std::size_t i) const { return last_of_plan() + 8 + i; }
-  std::size_t last() const { return last_of_plan() + 7 + count; }
-};
-
-std::string Text(std::size_t number) { return std::to_string(number); }
-XmlWriter::Attributes Id(std::size_t id) { return {{"id", Text(id)}}; }
-XmlWriter::Attributes Count(std::size_t count) { return {{"n", Text(count)}}; }
+using qif::Count;
+using qif::Id;
+using qif::Ids;
+using qif::Named;
+using qif::Text;
+using qif::WriteAttributes;
 
 // Without a length's or an angle's unit: its limits stand with its nominal, and each number names the unit.
 constexpr std::string_view kRatioElement = "UserDefinedUnit";
@@ -65,13 +49,6 @@ std::string WhatToMeasure(Kind kind) {
     default:
       return "as the drawing's characteristic of this number says";
   }
-}
-
-void WriteAttributes(XmlWriter& xml, const Named& named) {
-  if (named.empty()) return;
-  xml.Open("Attributes", Count(named.size()));
-  for (const auto& [name, value] : named) xml.Empty("AttributeStr", {{"name", name}, {"value", value}});
-  xml.Close();
 }
 
 void WriteUnit(XmlWriter& xml, std::string_view element, std::string_view si, std::string_view name,
@@ -189,12 +166,11 @@ void WriteResources(XmlWriter& xml, const InspectedPart& part, const Ids& ids) {
   xml.Close();
 }
 
-void WriteTraceability(XmlWriter& xml, const InspectedPart& part, const Ids& ids) {
+void WriteTraceability(XmlWriter& xml, const InspectedPart& part, const std::string& plan, const Ids& ids) {
   xml.Open("InspectionTraceability").ElementUnlessEmpty("OrderNumber", part.work_order);
   xml.Open("InspectionSoftwareItems").Open("AnalysisSoftware", Count(1)).Element("Id", Text(ids.software()));
   xml.Close().Close();
   if (!part.requested_by.empty()) xml.Open("InspectionOperator").Element("Name", part.requested_by).Close();
-  const std::string plan = QifPlanId(part);
   xml.Open("ReferencedQIFPlanInstance").Element("ItemQPId", plan).Element("DocumentQPId", plan).Close();
   Named ours = {{qif::kResult, part.result},
                 {qif::kMachine, part.machine},
@@ -223,7 +199,9 @@ void WriteValue(XmlWriter& xml, std::string_view element, const MeasuredValue& v
   if (v.worst_negative) xml.Element("WorstNegativeDeviation", DecimalText(*v.worst_negative));
 }
 
-void WriteMeasurement(XmlWriter& xml, const InspectedPart& part, const Ids& ids, std::size_t i) {
+// point_sets: how many were referred to before.
+void WriteMeasurement(XmlWriter& xml, const InspectedPart& part, const Ids& ids, const std::string& time, std::size_t i,
+                      std::size_t* point_sets) {
   const std::string_view element = ElementOf(part.characteristics[i]);
   const MeasuredValue& v = part.values[i];
   xml.Open(std::string(element) + "CharacteristicMeasurement", Id(ids.Measurement(i)));
@@ -235,10 +213,14 @@ void WriteMeasurement(XmlWriter& xml, const InspectedPart& part, const Ids& ids,
   WriteAttributes(xml, ours);
   xml.ElementUnlessEmpty("Description", v.reason);
   xml.Open("Status").Element("CharacteristicStatusEnum", QifStatus(v.verdict)).Close();
-  xml.Element("CharacteristicItemId", Text(Ids::Item(i))).Element("TimeStamp", TimeText(part.recorded_at));
+  xml.Element("CharacteristicItemId", Text(Ids::Item(i))).Element("TimeStamp", time);
   xml.Element("ActualComponentId", Text(ids.component()));
   xml.Open("MeasurementDeviceIds", Count(1)).Element("Id", Text(ids.device())).Close();
   if (v.value) WriteValue(xml, element, v);
+  if (!v.points.empty()) {
+    const std::size_t point_set = ids.PointSet((*point_sets)++);
+    if (element == "SurfaceProfile") qif::WritePointDeviations(xml, v.points, point_set);
+  }
   xml.Close();
 }
 
@@ -246,12 +228,15 @@ void WriteInspectionStatus(XmlWriter& xml, std::string_view element, Verdict ver
   xml.Open(element).Element("InspectionStatusEnum", QifInspectionStatus(verdict)).Close();
 }
 
-void WriteResults(XmlWriter& xml, const InspectedPart& part, const Ids& ids) {
+void WriteResults(XmlWriter& xml, const InspectedPart& part, const std::string& plan, const Ids& ids) {
   xml.Open("Results").Open("MeasurementResultsSet", Count(1)).Open("MeasurementResults", Id(ids.results()));
-  WriteTraceability(xml, part, ids);
+  WriteTraceability(xml, part, plan, ids);
   xml.Element("ThisResultsInstanceQPId", *UuidOf(part.result));
+  qif::WritePointSets(xml, part, ids);
   xml.Open("MeasuredCharacteristics").Open("CharacteristicMeasurements", Count(part.values.size()));
-  for (std::size_t i = 0; i < part.values.size(); ++i) WriteMeasurement(xml, part, ids, i);
+  const std::string time = TimeText(part.recorded_at);
+  std::size_t point_sets = 0;
+  for (std::size_t i = 0; i < part.values.size(); ++i) WriteMeasurement(xml, part, ids, time, i, &point_sets);
   xml.Close().Close();
   WriteInspectionStatus(xml, "InspectionStatus", part.verdict);
   xml.Open("ActualComponentIds", Count(1)).Element("Id", Text(ids.component())).Close().Close().Close();
@@ -283,30 +268,45 @@ absl::Status CheckForQif(const InspectedPart& part) {
 
 }  // namespace
 
-absl::StatusOr<std::string> QifPlanOf(const InspectedPart& part) {
+absl::StatusOr<QifPlan> QifPlan::Of(const InspectedPart& part) {
   if (const absl::Status status = CheckForQif(part); !status.ok()) return status;
+  QifPlan plan;
+  plan.of_.part = part.part;
+  plan.of_.part_revision = part.part_revision;
+  plan.of_.characteristics = part.characteristics;
+  plan.id_ = QifPlanId(part);
   XmlWriter xml;
-  OpenDocument(xml, Ids{part.characteristics.size()}.last_of_plan(), QifPlanId(part));
-  WriteStandard(xml);
-  WriteUnits(xml, part);
-  WriteProduct(xml, part);
+  OpenDocument(xml, 0, plan.id_);
+  const std::size_t before = xml.written().size();
   WriteCharacteristics(xml, part);
+  plan.characteristics_ = xml.written().substr(before);
+  return plan;
+}
+
+std::string QifPlan::PlanDocument() const {
+  XmlWriter xml;
+  OpenDocument(xml, Ids{of_.characteristics.size()}.last_of_plan(), id_);
+  WriteStandard(xml);
+  WriteUnits(xml, of_);
+  WriteProduct(xml, of_);
+  xml.Written(characteristics_);
   xml.Open("Plan").Open("UnorderedPlanRoot").Open("Steps", Count(1)).Empty("MeasureEvaluateAll");
   xml.Close().Close().Close().Close();
   return xml.Take();
 }
 
-absl::StatusOr<std::string> ToQif(const InspectedPart& part) {
+absl::StatusOr<std::string> QifPlan::ResultDocument(const InspectedPart& part) const {
   if (const absl::Status status = CheckForQif(part); !status.ok()) return status;
+  if (!IsOf(part)) return Refuse("characteristics", part.part, "those of the plan " + id_);
   if (!UuidOf(part.result))
     return Refuse("result", part.result, "inspections/UUID, deviations/UUID or assessments/UUID");
-  const Ids ids{part.characteristics.size()};
+  const Ids ids{part.characteristics.size(), qif::PointSetCount(part)};
   XmlWriter xml;
   OpenDocument(xml, ids.last(), QifDocumentId(part.result));
   xml.Open("Version").Element("TimeCreated", TimeText(part.recorded_at)).Close();
   xml.Open("Header").Open("Application").Element("Name", "Sixpoint").Close().Close();
   xml.Open("ExternalQIFReferences", Count(1)).Open("ExternalQIFDocument", Id(ids.plan()));
-  xml.Element("QPId", QifPlanId(part));
+  xml.Element("QPId", id_);
   xml.Element("Description", "the plan: this part's characteristics, under the same ids and UUIDs as here")
       .Close()
       .Close();
@@ -317,10 +317,22 @@ absl::StatusOr<std::string> ToQif(const InspectedPart& part) {
   WriteUnits(xml, part);
   WriteResources(xml, part, ids);
   WriteProduct(xml, part);
-  WriteCharacteristics(xml, part);
-  WriteResults(xml, part, ids);
+  xml.Written(characteristics_);
+  WriteResults(xml, part, id_, ids);
   xml.Close();
   return xml.Take();
+}
+
+absl::StatusOr<std::string> QifPlanOf(const InspectedPart& part) {
+  const auto plan = QifPlan::Of(part);
+  if (!plan.ok()) return plan.status();
+  return plan->PlanDocument();
+}
+
+absl::StatusOr<std::string> ToQif(const InspectedPart& part) {
+  const auto plan = QifPlan::Of(part);
+  if (!plan.ok()) return plan.status();
+  return plan->ResultDocument(part);
 }
 
 }  // namespace sixpoint::exchange

@@ -5,6 +5,8 @@
 namespace sixpoint::exchange {
 namespace {
 
+bool IsSpecial(char c) { return c == '&' || c == '<' || c == '>' || c == '"' || c == '\t' || c == '\n' || c == '\r'; }
+
 std::string_view EscapeOf(char c) {
   switch (c) {
     case '&':
@@ -43,7 +45,9 @@ XmlWriter& XmlWriter::Close() {
   const std::string name = std::move(open_.back());
   open_.pop_back();
   text_.append(open_.size(), ' ');
-  text_ += "</" + name + ">\n";
+  text_ += "</";
+  text_ += name;
+  text_ += ">\n";
   return *this;
 }
 
@@ -81,13 +85,12 @@ void XmlWriter::Tag(std::string_view name, const Attributes& attributes) {
 }
 
 void XmlWriter::Escaped(std::string_view text) {
-  constexpr std::string_view kSpecial = "&<>\"\t\n\r";
   for (;;) {
-    const std::size_t plain = std::min(text.find_first_of(kSpecial), text.size());
-    text_ += text.substr(0, plain);
-    if (plain == text.size()) return;
-    text_ += EscapeOf(text[plain]);
-    text.remove_prefix(plain + 1);
+    const auto* const special = std::find_if(text.begin(), text.end(), IsSpecial);
+    text_.append(text.begin(), special);
+    if (special == text.end()) return;
+    text_ += EscapeOf(*special);
+    text.remove_prefix(static_cast<std::size_t>(special - text.begin()) + 1);
   }
 }
 

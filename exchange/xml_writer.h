@@ -20,6 +20,12 @@ class XmlWriter {
   XmlWriter& Empty(std::string_view name, const Attributes& attributes = {});
   // Nothing where the text is empty.
   XmlWriter& ElementUnlessEmpty(std::string_view name, std::string_view text);
+  // What a writer that was at the same depth has written.
+  XmlWriter& Written(std::string_view elements) {
+    text_ += elements;
+    return *this;
+  }
+  std::string_view written() const { return text_; }
   // Once all is closed.
   std::string Take() { return std::move(text_); }
 

@@ -35,18 +35,20 @@ double SecondsOf(const std::function<void()>& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+constexpr int kPage = 100;  // as exports have it
+
 // All of them, as an export reads them.
 std::size_t ReadRows(storage::Database* database) {
   const auto store = storage::InspectionsIn(database);
   std::size_t holes = 0;
   for (std::int64_t before = 0;;) {
-    const auto rows = store->List({}, before, 50, testing::Soon(300));
+    const auto rows = store->List({}, before, kPage, testing::Soon(300));
     if (!rows.ok()) return 0;
     for (const storage::InspectionRow& row : *rows) {
       holes += row.holes.size();
       before = row.recorded.sequence;
     }
-    if (rows->size() < 50) return holes;
+    if (rows->size() < kPage) return holes;
   }
 }
 
@@ -67,7 +69,7 @@ Files Export(inspection::v1::ExportService::Stub* stub, inspection::v1::ExportFo
 
 int main(int argc, char** argv) {
   CLI::App app("Exports beside the rows that they are made of");
-  int blade_count = 1000, rounds = 3;
+  int blade_count = 1000, rounds = 20;
   std::string folder;
   app.add_option("--blades", blade_count)->check(CLI::Range(1, 1000))->capture_default_str();
   app.add_option("--rounds", rounds)->check(CLI::Range(1, 100))->capture_default_str();
@@ -85,6 +87,7 @@ int main(int argc, char** argv) {
   testing::InProcessServer plant({&machines});
   inspection::ExportService service(
       storage::InspectionsIn(database.database()), storage::DeviationsIn(database.database()),
+      storage::AssessmentsIn(database.database()),
       std::make_shared<const inspection::Peers>(plant.Connect(), plant.Connect(), plant.Connect(), plant.Connect()));
   testing::InProcessServer server({&service});
   const auto stub = inspection::v1::ExportService::NewStub(server.Connect());

@@ -7,6 +7,8 @@
 #include <array>
 #include <optional>
 
+#include "metrology/mesh/patch_numbers.h"
+
 namespace sixpoint::metrology {
 
 class CubicPatch {
@@ -21,27 +23,20 @@ class CubicPatch {
 
   // At barycentric coordinates of the plane, outside the triangle too.
   Foot At(const Eigen::Vector3d& barycentric) const {
-    double slope_1, slope_2;
-    const double height_mm = Height(barycentric, &slope_1, &slope_2);
-    return {corner_mm_ + barycentric[1] * edge_1_mm_ + barycentric[2] * edge_2_mm_ + height_mm * unit_normal_,
-            (unit_normal_ - slope_1 * dual_1_ - slope_2 * dual_2_).normalized()};
+    const auto [point_mm, normal] = PointOf(numbers_, {barycentric[0], barycentric[1], barycentric[2]});
+    return {Eigen::Vector3d(point_mm), Eigen::Vector3d(normal).normalized()};
   }
   // Of a point's foot in the plane.
   Eigen::Vector3d Barycentric(const Eigen::Vector3d& point_mm) const {
-    return Eigen::Vector3d(1, 0, 0) + BarycentricStep(point_mm - corner_mm_);
+    const Eigen::Vector3d by_mm = point_mm - Eigen::Vector3d(numbers_.corner_mm);
+    double step[3];
+    StepOf(numbers_, {by_mm[0], by_mm[1], by_mm[2]}, step);
+    return Eigen::Vector3d(1, 0, 0) + Eigen::Vector3d(step);
   }
-  Eigen::Vector3d BarycentricStep(const Eigen::Vector3d& by_mm) const {
-    const double b1 = dual_1_.dot(by_mm), b2 = dual_2_.dot(by_mm);
-    return {-b1 - b2, b1, b2};
-  }
+  const PatchNumbers<double>& numbers() const { return numbers_; }
 
  private:
-  double Height(const Eigen::Vector3d& b, double* slope_1, double* slope_2) const;
-
-  Eigen::Vector3d corner_mm_, unit_normal_;
-  Eigen::Vector3d dual_1_, dual_2_;  // barycentric coordinates 1 and 2 of x: dual . (x - corner)
-  Eigen::Vector3d edge_1_mm_, edge_2_mm_;
-  std::array<double, 7> height_mm_;  // Bezier: 001 011 | 112 122 | 220 200 pairs, then the middle
+  PatchNumbers<double> numbers_;
 };
 
 }  // namespace sixpoint::metrology

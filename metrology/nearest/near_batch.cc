@@ -17,7 +17,7 @@ constexpr double kWidestTogether = 1, kFarthestTogether = 4;
 }  // namespace
 
 NearBatch::NearBatch(const TriangleTree& tree, const NearCells& cells)
-    : tree_(tree), cells_(cells), lanes_(std::make_unique<NearLanes>()) {}
+    : tree_(tree), cells_(cells), lanes_(std::make_unique<NearLanes>()), pairs_(std::make_unique<PairLanes>()) {}
 
 void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::size_t count, double limit_squared,
                      NearestTriangle* nearest) {
@@ -123,20 +123,37 @@ void NearBatch::FindAmong(const Candidates& candidates, const Eigen::Vector3d* q
                           double limit_squared, NearestTriangle* nearest) {
   const float from_centre = LayOut(candidates, queries, count);
   const auto [used, tolerance] = Measure(candidates, from_centre, count);
-  const auto take = [&, this](std::uint32_t candidate, std::size_t i) {
-    TakeNearer(tree_.vertices(), tree_.items()[candidates.items[candidate]], queries[i], &nearest[i]);
+  const auto item_of = [&, this](std::uint32_t candidate) -> const IndexedTriangle& {
+    return tree_.items()[candidates.items[candidate]];
   };
   const std::size_t blocks = width_ / NearLanes::kMultiple;
-  for (std::size_t i = 0; i < count; ++i) {
+  std::array<std::uint32_t, kMostPoints> alone;  // queries that only one candidate can be the nearest of
+  std::size_t alone_count = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
     nearest[i] = {};
     nearest[i].distance_squared = limit_squared;
     const float within = std::sqrt(lanes_->least[i]) + 2 * tolerance, within_squared = within * within * (1 + 1e-6f);
     if (used > 0 && lanes_->second[i] > within_squared) {
-      take(lanes_->nearest[i], i);
+      alone[alone_count++] = i;
       continue;
     }
     for (std::uint32_t k = 0; k < used; ++k)
-      if (squared_[k * blocks + i / NearLanes::kMultiple].at[i % NearLanes::kMultiple] <= within_squared) take(k, i);
+      if (squared_[k * blocks + i / NearLanes::kMultiple].at[i % NearLanes::kMultiple] <= within_squared)
+        TakeNearer(tree_.vertices(), item_of(k), queries[i], &nearest[i]);
+  }
+  const MeasurePairs measure = MeasurePairsOf(UsedLaneWidth());
+  for (std::size_t first = 0; first < alone_count; first += LaneRow::kLanes) {
+    const std::size_t some = std::min(LaneRow::kLanes, alone_count - first);
+    for (std::size_t lane = 0; lane < some; ++lane) {
+      const std::uint32_t i = alone[first + lane];
+      pairs_->Set(lane, queries[i], tree_.vertices(), item_of(lanes_->nearest[i]));
+    }
+    measure(some, pairs_.get());
+    for (std::size_t lane = 0; lane < some; ++lane) {
+      const std::uint32_t i = alone[first + lane];
+      if (pairs_->distance_squared.at[lane] <= limit_squared)
+        nearest[i] = pairs_->Found(lane, item_of(lanes_->nearest[i]));
+    }
   }
 }
 

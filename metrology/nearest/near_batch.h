@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "metrology/nearest/near_cells.h"
+#include "metrology/nearest/pair_lanes.h"
 #include "metrology/nearest/triangle_tree.h"
 
 namespace sixpoint::metrology {
@@ -40,6 +41,7 @@ class NearBatch {
   const TriangleTree& tree_;
   const NearCells& cells_;
   std::unique_ptr<NearLanes> lanes_;
+  std::unique_ptr<PairLanes> pairs_;
   std::size_t width_ = 0;           // of the lanes in use, padded
   std::vector<LaneBlock> squared_;  // by candidate and lane
   std::vector<TriangleTree::Within> within_;

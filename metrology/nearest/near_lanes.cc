@@ -1,33 +1,11 @@
 #include "metrology/nearest/near_lanes.h"
 
-#include <algorithm>
-#include <atomic>
-#include <cstdlib>
-#include <string_view>
+#include "metrology/parallel/vectors.h"
 
-// Vectors by name: left to itself the compiler may not turn comparisons into masks, and makes scalar code of such a loop for
-// every processor without AVX-512. tests/metrology/nearest/check_packed_lanes looks at what came out.
+// tests/metrology/parallel/check_packed_lanes looks at what came out.
 
 namespace sixpoint::metrology {
 namespace {
-
-struct Four {
-  static constexpr std::size_t kLanes = 4;
-  typedef float Floats __attribute__((vector_size(16), may_alias));
-  typedef std::uint32_t Indices __attribute__((vector_size(16), may_alias));
-};
-struct Eight {
-  static constexpr std::size_t kLanes = 8;
-  typedef float Floats __attribute__((vector_size(32), may_alias));
-  typedef std::uint32_t Indices __attribute__((vector_size(32), may_alias));
-};
-struct Sixteen {
-  static constexpr std::size_t kLanes = 16;
-  typedef float Floats __attribute__((vector_size(64), may_alias));
-  typedef std::uint32_t Indices __attribute__((vector_size(64), may_alias));
-};
-
-#define SIXPOINT_INLINE inline __attribute__((always_inline))
 
 // To [0, 1].
 template <typename Floats>
@@ -46,7 +24,7 @@ SIXPOINT_INLINE void MeasureLanes(const TriangleShape& t, float ax, float ay, fl
   const float ex = t.cx - t.bx, ey = t.cy - t.by, ez = t.cz - t.bz;
   const float per_bb = 1 / (t.bx * t.bx + t.by * t.by + t.bz * t.bz), per_ee = 1 / (ex * ex + ey * ey + ez * ez);
   const float per_cc = 1 / (t.cx * t.cx + t.cy * t.cy + t.cz * t.cz);
-  for (std::size_t i = 0; i < count; i += Width::kLanes) {
+  for (std::size_t i = 0; i < count; i += Width::kFloats) {
     const Floats px = *reinterpret_cast<const Floats*>(&lanes->x[i]) - ax;
     const Floats py = *reinterpret_cast<const Floats*>(&lanes->y[i]) - ay;
     const Floats pz = *reinterpret_cast<const Floats*>(&lanes->z[i]) - az;
@@ -85,33 +63,15 @@ void MeasureFour(const TriangleShape& t, float ax, float ay, float az, std::uint
   MeasureLanes<Four>(t, ax, ay, az, candidate, count, lanes, squared);
 }
 #ifdef __x86_64__
-__attribute__((target("avx2"))) void MeasureEight(const TriangleShape& t, float ax, float ay, float az,
-                                                  std::uint32_t candidate, std::size_t count, NearLanes* lanes,
-                                                  LaneBlock* squared) {
+SIXPOINT_EIGHT void MeasureEight(const TriangleShape& t, float ax, float ay, float az, std::uint32_t candidate,
+                                 std::size_t count, NearLanes* lanes, LaneBlock* squared) {
   MeasureLanes<Eight>(t, ax, ay, az, candidate, count, lanes, squared);
 }
-__attribute__((target("avx512f,avx512vl,avx512dq"))) void MeasureSixteen(const TriangleShape& t, float ax, float ay,
-                                                                         float az, std::uint32_t candidate,
-                                                                         std::size_t count, NearLanes* lanes,
-                                                                         LaneBlock* squared) {
+SIXPOINT_SIXTEEN void MeasureSixteen(const TriangleShape& t, float ax, float ay, float az, std::uint32_t candidate,
+                                     std::size_t count, NearLanes* lanes, LaneBlock* squared) {
   MeasureLanes<Sixteen>(t, ax, ay, az, candidate, count, lanes, squared);
 }
 #endif
-
-// $SIXPOINT_LANES, 4, 8 or 16, where this processor has as many: to show that a lesser one computes the same.
-LaneWidth WidthAtStart() {
-  const std::vector<LaneWidth> widths = LaneWidths();
-  const char* const asked = std::getenv("SIXPOINT_LANES");
-  if (asked == nullptr) return widths.back();
-  const std::string_view lanes(asked);
-  const LaneWidth wanted = lanes == "4" ? LaneWidth::kFour : lanes == "8" ? LaneWidth::kEight : LaneWidth::kSixteen;
-  return std::find(widths.begin(), widths.end(), wanted) == widths.end() ? widths.back() : wanted;
-}
-
-std::atomic<LaneWidth>& Used() {
-  static std::atomic<LaneWidth> used = WidthAtStart();
-  return used;
-}
 
 }  // namespace
 
@@ -123,17 +83,5 @@ MeasureTriangle MeasureOf(LaneWidth width) {
   (void)width;
   return MeasureFour;
 }
-
-std::vector<LaneWidth> LaneWidths() {
-  std::vector<LaneWidth> widths{LaneWidth::kFour};
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2")) widths.push_back(LaneWidth::kEight);
-  if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq")) widths.push_back(LaneWidth::kSixteen);
-#endif
-  return widths;
-}
-
-LaneWidth UsedLaneWidth() { return Used(); }
-void UseLaneWidth(LaneWidth width) { Used() = width; }
 
 }  // namespace sixpoint::metrology

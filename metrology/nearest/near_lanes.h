@@ -4,7 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
+
+#include "metrology/parallel/lane_width.h"
 
 namespace sixpoint::metrology {
 
@@ -28,20 +29,10 @@ struct alignas(64) LaneBlock {
   float at[NearLanes::kMultiple];
 };
 
-enum class LaneWidth { kFour, kEight, kSixteen };  // SSE2 or what the processor has at least; AVX2; AVX-512
-
 // Puts the squared distances of the first `count` lanes (a multiple of kMultiple) to a triangle with its first corner at
 // (ax, ay, az), and keeps the least and second of each lane.
 using MeasureTriangle = void (*)(const TriangleShape& shape, float ax, float ay, float az, std::uint32_t candidate,
                                  std::size_t count, NearLanes* lanes, LaneBlock* squared);
 MeasureTriangle MeasureOf(LaneWidth width);
-
-// Those that this processor has, the widest last.
-std::vector<LaneWidth> LaneWidths();
-
-// What searches use from now on, all of this process: the widest, unless a test or benchmark, or $SIXPOINT_LANES (4, 8,
-// 16), asks for another that this processor has. Only the time depends on it.
-LaneWidth UsedLaneWidth();
-void UseLaneWidth(LaneWidth width);
 
 }  // namespace sixpoint::metrology

@@ -56,7 +56,8 @@ class NearestSearch::Many::Visitor {
 
   // How many of the points that follow at `at` are looked up together: they lie in one cell, or in one place.
   std::size_t CountTogether(std::size_t at, const Vector3d* points, std::size_t most) {
-    most = std::min(most, NearBatch::kMostPoints);
+    static_assert(kMostFound == NearBatch::kMostPoints);
+    most = std::min(most, kMostFound);
     if (at < many_.order_.in_cells_count) {
       while (many_.order_.first[cell_ + 1] <= at) ++cell_;
       return std::min<std::size_t>(most, many_.order_.first[cell_ + 1] - at);

@@ -34,6 +34,7 @@ class NearestSearch {
   // Finds many: Find of each. Any number of threads may visit.
   class Many {
    public:
+    static constexpr std::size_t kMostFound = 64;  // at a time
     // Some of the points, which follow each other in the order.
     struct Found {
       const std::uint32_t* indices;

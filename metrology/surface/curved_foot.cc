@@ -1,7 +1,12 @@
 #include "metrology/surface/curved_foot.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <utility>
+
+#include "metrology/mesh/cubic_patch.h"
+#include "metrology/surface/foot_lanes.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -18,77 +23,153 @@ constexpr double kSettledMm = 2e-5;
 constexpr double kCurvedMm = 0.1, kOvershoot = 0.05, kFarOvershoot = 0.25, kFarthestOvershoot = 4;
 constexpr int kMostCrossings = 16;
 
-// How far to step aside. A whole step goes too far by the distance over the surface's radius, which the step before tells
-// (secant).
-class Stride {
- public:
-  double Next(const Vector3d& aside, bool is_near) {
-    if (is_near && last_aside_.squaredNorm() > 0) {
-      const double left = aside.dot(last_aside_) / last_aside_.squaredNorm();
-      stride_ = std::clamp(stride_ / std::max(0.1, 1 - left), 0.05, 2.0);
-    }
-    last_aside_ = aside;
-    return stride_;
-  }
-
- private:
-  double stride_ = 1;
-  Vector3d last_aside_ = Vector3d::Zero();
-};
+Vector3d VectorOf(const LaneRow (&rows)[3], std::size_t lane) {
+  return {rows[0].at[lane], rows[1].at[lane], rows[2].at[lane]};
+}
 
 }  // namespace
 
 std::optional<CubicPatch> CurvedSurface::PatchOver(std::uint32_t triangle) const {
-  if (mesh_.corner_normals.empty()) return std::nullopt;
   const TriangleCorners& c = mesh_.triangles[triangle];
   const auto& n = mesh_.corner_normals[triangle];
   return CubicPatch::Over({vertices_mm_[c[0]], vertices_mm_[c[1]], vertices_mm_[c[2]]},
                           {n[0].cast<double>(), n[1].cast<double>(), n[2].cast<double>()});
 }
 
-// Slides the foot along the curved surface until the query stands on its normal: into the next triangle where the edge is
-// smooth (facets near to each other as slivers are may each be nearest to a point over another), not over a crease.
-std::optional<CurvedFoot> CurvedSurface::FootOf(const Vector3d& query, const NearestTriangle& nearest) const {
-  std::optional<CubicPatch> patch = PatchOver(nearest.triangle);
-  if (!patch) return std::nullopt;
-  std::uint32_t triangle = nearest.triangle;
-  Vector3d barycentric = nearest.barycentric;
-  const bool is_near = nearest.distance_squared < kCurvedMm * kCurvedMm;
-  const int most_steps = is_near ? kMostSteps : kLeastSteps, most_crossings = is_near ? kMostCrossings : 0;
-  const double overshoot = is_near ? kOvershoot : kFarOvershoot;
-  double least_aside = kInfinity;
-  Stride stride;
-  CurvedFoot found{};
-  for (int step = 0, crossings = 0;; ++step) {
-    const CubicPatch::Foot at = patch->At(barycentric);
-    const double along = (query - at.point_mm).dot(at.normal);
-    const Vector3d aside = query - at.point_mm - along * at.normal;
-    // Deeper than the surface's radius the steps grow: the foot that was nearest to settling stays.
-    const bool grows = !(aside.squaredNorm() < (step > kLeastSteps ? least_aside : kInfinity));
-    if (!grows) {
-      found = {at.point_mm, at.normal, along};
-      least_aside = aside.squaredNorm();
+// Those of the triangles that the feet of one call stand over: neighbours share them.
+class CurvedSurface::Patches {
+ public:
+  explicit Patches(const CurvedSurface& surface) : surface_(surface) { triangles_.fill(NearestTriangle::kNone); }
+  const std::optional<CubicPatch>& Over(std::uint32_t triangle) {
+    const std::size_t at = triangle % kKept;
+    if (triangles_[at] != triangle) {
+      triangles_[at] = triangle;
+      patches_[at] = surface_.PatchOver(triangle);
     }
-    if (grows || step >= most_steps || (step >= kLeastSteps && least_aside < kSettledMm * kSettledMm)) return found;
-    const double by = stride.Next(aside, is_near);
-    Vector3d next = barycentric + by * patch->BarycentricStep(aside);
-    int edge;
-    if (next.minCoeff(&edge) < -overshoot && crossings < most_crossings && seams_.seam(triangle, edge) == kSmooth) {
-      const std::uint32_t beyond = seams_.beyond(triangle, edge);
-      if (const std::optional<CubicPatch> its = PatchOver(beyond)) {
-        // No farther than some of the triangle's widths beyond it: a cubic is not to be followed into the distance.
-        barycentric = its->Barycentric(at.point_mm + by * aside).cwiseMax(-kFarthestOvershoot);
-        barycentric /= barycentric.sum();
-        patch = its;
-        triangle = beyond;
-        ++crossings;
-        step = -1;
-        continue;
+    return patches_[at];
+  }
+
+ private:
+  static constexpr std::size_t kKept = 16;
+  const CurvedSurface& surface_;
+  std::array<std::uint32_t, kKept> triangles_;
+  std::array<std::optional<CubicPatch>, kKept> patches_;
+};
+
+// Each lane slides a foot along the curved surface until its query stands on its normal: into the next triangle where the edge is
+// smooth (facets near to each other as slivers are may each be nearest to a point over another), not over a crease. A lane whose
+// foot is found takes the next query.
+class CurvedSurface::Slide {
+ public:
+  Slide(const CurvedSurface& surface, const Vector3d* queries, const NearestTriangle* nearest,
+        std::optional<CurvedFoot>* feet)
+      : surface_(surface), queries_(queries), nearest_(nearest), feet_(feet), patches_(surface) {}
+
+  void Feet(const std::uint32_t* indices, std::size_t count) {
+    const FootSteps steps = FootStepsOf(UsedLaneWidth());
+    std::size_t begun = 0, in_use = 0;
+    for (std::size_t lane = 0; lane < LaneRow::kLanes; ++lane)
+      if (Begin(lane, indices, count, &begun)) in_use = lane + 1;
+    while (in_use > 0) {
+      steps.look(in_use, &lanes_);
+      for (std::size_t lane = 0; lane < in_use; ++lane) Judge(&states_[lane], lane);
+      steps.step(in_use, &lanes_);
+      const std::size_t were_in_use = std::exchange(in_use, 0);
+      for (std::size_t lane = 0; lane < were_in_use; ++lane) {
+        if (states_[lane].slides)
+          GoOn(&states_[lane], lane);
+        else
+          Begin(lane, indices, count, &begun);
+        if (states_[lane].slides) in_use = lane + 1;
       }
     }
-    for (int i = 0; i < 3; ++i) next[i] = std::max(next[i], seams_.seam(triangle, i) == kSmooth ? -overshoot : 0.0);
-    barycentric = next / next.sum();
   }
+
+ private:
+  struct State {
+    bool slides = false;
+    std::uint32_t index, triangle;
+    bool is_near;
+    int step, crossings;
+    double least_aside;
+    double overshoot() const { return is_near ? kOvershoot : kFarOvershoot; }
+  };
+
+  // The next query that has a patch under it; false where none is left.
+  bool Begin(std::size_t lane, const std::uint32_t* indices, std::size_t count, std::size_t* begun) {
+    State& state = states_[lane];
+    state.slides = false;
+    while (*begun < count) {
+      const std::uint32_t index = indices[(*begun)++];
+      const NearestTriangle& nearest = nearest_[index];
+      const std::optional<CubicPatch>& patch = patches_.Over(nearest.triangle);
+      if (!patch) continue;
+      state = {true, index, nearest.triangle, nearest.distance_squared < kCurvedMm * kCurvedMm, 0, 0, kInfinity};
+      lanes_.SetQuery(lane, queries_[index]);
+      lanes_.SetBarycentric(lane, nearest.barycentric);
+      lanes_.is_near.at[lane] = state.is_near;
+      lanes_.last_aside_squared.at[lane] = 0;
+      lanes_.stride.at[lane] = 1;
+      Stand(*patch, state, lane);
+      return true;
+    }
+    return false;
+  }
+
+  void Stand(const CubicPatch& patch, const State& state, std::size_t lane) {
+    lanes_.SetPatch(lane, patch.numbers());
+    for (int edge = 0; edge < 3; ++edge)
+      lanes_.least_barycentric[edge].at[lane] =
+          surface_.seams_.seam(state.triangle, edge) == kSmooth ? -state.overshoot() : 0.0;
+  }
+
+  // Keeps what was found and ends the lane where it is the foot.
+  void Judge(State* state, std::size_t lane) {
+    if (!state->slides) return;
+    // Deeper than the surface's radius the steps grow: the foot that was nearest to settling stays.
+    const double aside = lanes_.aside_squared.at[lane];
+    const bool grows = !(aside < (state->step > kLeastSteps ? state->least_aside : kInfinity));
+    if (!grows) {
+      feet_[state->index] = {VectorOf(lanes_.point_mm, lane), VectorOf(lanes_.normal, lane), lanes_.along_mm.at[lane]};
+      state->least_aside = aside;
+    }
+    state->slides = !(grows || state->step >= (state->is_near ? kMostSteps : kLeastSteps) ||
+                      (state->step >= kLeastSteps && aside < kSettledMm * kSettledMm));
+  }
+
+  // Over the edge that the step went beyond, if it may.
+  void GoOn(State* state, std::size_t lane) {
+    ++state->step;
+    int edge;
+    if (!(VectorOf(lanes_.next, lane).minCoeff(&edge) < -state->overshoot())) return;
+    if (!state->is_near || state->crossings >= kMostCrossings || surface_.seams_.seam(state->triangle, edge) != kSmooth)
+      return;
+    const std::uint32_t beyond = surface_.seams_.beyond(state->triangle, edge);
+    const std::optional<CubicPatch>& patch = patches_.Over(beyond);
+    if (!patch) return;
+    // No farther than some of the triangle's widths beyond it: a cubic is not to be followed into the distance.
+    const Vector3d to_mm = VectorOf(lanes_.point_mm, lane) + lanes_.stride.at[lane] * VectorOf(lanes_.aside_mm, lane);
+    const Vector3d barycentric = patch->Barycentric(to_mm).cwiseMax(-kFarthestOvershoot);
+    lanes_.SetBarycentric(lane, barycentric / barycentric.sum());
+    state->triangle = beyond;
+    ++state->crossings;
+    state->step = 0;
+    Stand(*patch, *state, lane);
+  }
+
+  const CurvedSurface& surface_;
+  const Vector3d* queries_;
+  const NearestTriangle* nearest_;
+  std::optional<CurvedFoot>* feet_;
+  Patches patches_;
+  std::array<State, LaneRow::kLanes> states_;
+  FootLanes lanes_{};
+};
+
+void CurvedSurface::FeetOf(const Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices,
+                           std::size_t count, std::optional<CurvedFoot>* feet) const {
+  for (std::size_t i = 0; i < count; ++i) feet[indices[i]].reset();
+  if (!mesh_.corner_normals.empty()) Slide(*this, queries, nearest, feet).Feet(indices, count);
 }
 
 }  // namespace sixpoint::metrology

@@ -1,4 +1,4 @@
-// The foot of a point on the curved surface over a triangle and those that continue it smoothly.
+// The feet of points on the curved surface over a triangle and those that continue it smoothly.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,10 +22,14 @@ class CurvedSurface {
   CurvedSurface(const TriangleMesh& mesh, const Points& vertices_mm, const Seams& seams)
       : mesh_(mesh), vertices_mm_(vertices_mm), seams_(seams) {}
 
-  // From the nearest point of the facets on: absent where the triangle carries no patch.
-  std::optional<CurvedFoot> FootOf(const Eigen::Vector3d& query, const NearestTriangle& nearest) const;
+  // Of each query among the indices, from the nearest point of the facets on: absent where the triangle carries no patch. Many
+  // at a time take a fraction of their time one by one.
+  void FeetOf(const Eigen::Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices,
+              std::size_t count, std::optional<CurvedFoot>* feet) const;
 
  private:
+  class Patches;
+  class Slide;
   std::optional<CubicPatch> PatchOver(std::uint32_t triangle) const;
 
   const TriangleMesh& mesh_;

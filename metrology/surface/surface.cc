@@ -3,6 +3,7 @@
 #include <absl/status/status.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <sstream>
@@ -92,8 +93,14 @@ struct Surface::Parts {
 
   // Queries are about the middle.
   double FacetDistance(const Vector3d& query, const NearestTriangle& nearest) const;
+  // Of those that lie on a smooth place of a curved surface; `found` is up to kTogether long, as they are found together.
+  static constexpr std::size_t kTogether = NearestSearch::Many::kMostFound;
+  using Feet = std::array<std::optional<CurvedFoot>, kTogether>;
+  void FindFeet(const Vector3d* queries, const NearestTriangle* nearest, std::size_t count,
+                std::optional<CurvedFoot>* feet) const;
+  SurfacePoint Resolve(const Vector3d& query, const NearestTriangle& nearest,
+                       const std::optional<CurvedFoot>& curved_foot) const;
   SurfacePoint Resolve(const Vector3d& query, const NearestTriangle& nearest) const;
-  double Distance(const Vector3d& query, const NearestTriangle& nearest) const;
 
   TriangleMesh mesh;
   Eigen::AlignedBox3d bounds_mm;
@@ -108,6 +115,7 @@ struct Surface::Parts {
 
 // To the flat triangles. Inside of one the side of its plane decides, else the pseudo-normal.
 double Surface::Parts::FacetDistance(const Vector3d& query, const NearestTriangle& nearest) const {
+  if (nearest.triangle == kNoTriangle) return std::numeric_limits<double>::quiet_NaN();
   const TriangleCorners& corners = nearest.item->corners;  // more likely in the cache than the mesh's
   const Vector3d &a = vertices_mm[corners[0]], ab = vertices_mm[corners[1]] - a, ac = vertices_mm[corners[2]] - a;
   const Vector3d from_corner = query - a;
@@ -120,7 +128,19 @@ double Surface::Parts::FacetDistance(const Vector3d& query, const NearestTriangl
   return below ? -distance : distance;
 }
 
-SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangle& nearest) const {
+void Surface::Parts::FindFeet(const Vector3d* queries, const NearestTriangle* nearest, std::size_t count,
+                              std::optional<CurvedFoot>* feet) const {
+  std::array<std::uint32_t, kTogether> smooth;
+  std::size_t smooth_count = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    feet[i].reset();
+    if (nearest[i].triangle != kNoTriangle && seams.SeamAt(nearest[i]) == kSmooth) smooth[smooth_count++] = i;
+  }
+  curved.FeetOf(queries, nearest, smooth.data(), smooth_count, feet);
+}
+
+SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangle& nearest,
+                                     const std::optional<CurvedFoot>& curved_foot) const {
   SurfacePoint found;
   found.triangle = nearest.triangle;
   if (nearest.triangle == kNoTriangle) {
@@ -138,13 +158,12 @@ SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangl
                         nearest.barycentric[1] * vertices_mm[corners[1]] +
                         nearest.barycentric[2] * vertices_mm[corners[2]];
   found.edge_distance_mm = found.feature == SurfaceFeature::kFace ? seams.EdgeDistance(nearest.triangle, foot) : 0;
-  if (seam == kSmooth)
-    if (const std::optional<CurvedFoot> curved_foot = curved.FootOf(query, nearest)) {
-      found.point_mm = middle_mm + curved_foot->point_mm;
-      found.normal = curved_foot->normal;
-      found.signed_distance_mm = curved_foot->signed_distance_mm;
-      return found;
-    }
+  if (curved_foot) {
+    found.point_mm = middle_mm + curved_foot->point_mm;
+    found.normal = curved_foot->normal;
+    found.signed_distance_mm = curved_foot->signed_distance_mm;
+    return found;
+  }
   found.point_mm = middle_mm + foot;
   found.signed_distance_mm = FacetDistance(query, nearest);
   found.normal = nearest.part == TrianglePart::kInside || std::abs(found.signed_distance_mm) < kNoiseMm
@@ -153,10 +172,10 @@ SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangl
   return found;
 }
 
-double Surface::Parts::Distance(const Vector3d& query, const NearestTriangle& nearest) const {
-  if (nearest.triangle == kNoTriangle || !mesh.corner_normals.empty())
-    return Resolve(query, nearest).signed_distance_mm;
-  return FacetDistance(query, nearest);
+SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangle& nearest) const {
+  std::optional<CurvedFoot> foot;
+  FindFeet(&query, &nearest, 1, &foot);
+  return Resolve(query, nearest, foot);
 }
 
 absl::StatusOr<std::shared_ptr<const Surface>> Surface::Prepare(TriangleMesh mesh) {
@@ -207,9 +226,11 @@ Surface::Batch::~Batch() = default;
 
 void Surface::Batch::Visit(std::size_t from, std::size_t to,
                            const std::function<void(std::uint32_t, const SurfacePoint&)>& take) const {
+  Parts::Feet feet;
   search_->many.Visit(from, to, [&](const NearestSearch::Many::Found& found) {
+    parts_.FindFeet(found.points_mm, found.nearest, found.count, feet.data());
     for (std::size_t i = 0; i < found.count; ++i)
-      take(found.indices[i], parts_.Resolve(found.points_mm[i], found.nearest[i]));
+      take(found.indices[i], parts_.Resolve(found.points_mm[i], found.nearest[i], feet[i]));
   });
 }
 
@@ -228,9 +249,12 @@ void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thre
                                    thread_count);
     // Points far off come last and take longer.
     ForEachChunk(count, kTurn, thread_count, [&](std::size_t, std::size_t from, std::size_t to) {
+      Parts::Feet feet;
       many.Visit(from, to, [&](const NearestSearch::Many::Found& found) {
+        parts_->FindFeet(found.points_mm, found.nearest, found.count, feet.data());
         for (std::size_t i = 0; i < found.count; ++i)
-          (*distances_mm)[begin + found.indices[i]] = parts_->Distance(found.points_mm[i], found.nearest[i]);
+          (*distances_mm)[begin + found.indices[i]] =
+              feet[i] ? feet[i]->signed_distance_mm : parts_->FacetDistance(found.points_mm[i], found.nearest[i]);
       });
     });
   }

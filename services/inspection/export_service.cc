@@ -5,6 +5,8 @@
 #include <future>
 #include <iterator>
 #include <map>
+#include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -15,6 +17,7 @@
 #include "exchange/qif.h"
 #include "services/inspection/exported.h"
 #include "services/inspection/file_pieces.h"
+#include "services/inspection/profile_points.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
@@ -29,9 +32,10 @@ namespace {
 using exchange::InspectedPart;
 using runtime::ToGrpc;
 
-constexpr int kMostResults = 5000;            // of inspections, and of maps
-constexpr std::size_t kMostValues = 400'000;  // of all of them: what an answer holds in memory
-constexpr int kPage = 50;
+constexpr int kMostResults = 5000;              // of inspections, and of maps
+constexpr std::size_t kMostValues = 400'000;    // of all of them: what an answer holds in memory
+constexpr std::size_t kMostPoints = 1'000'000;  // of profiles: what a client holds of an answer that may begin anew
+constexpr int kPage = 100;
 
 absl::Status TooMany() {
   return runtime::Refuse("recorded", "more than " + std::to_string(kMostResults) + " results",
@@ -70,11 +74,13 @@ std::optional<InspectedPart> PartOf(const storage::DeviationMapRow& row, const p
 }
 
 using Take = std::function<absl::Status(InspectedPart part)>;
+template <typename Row>
+using TakeOf = std::function<absl::Status(const Row& row, InspectedPart part)>;
 
 // All of the filter's rows that have something to tell, the newest first. The next page is read meanwhile.
 template <typename Row, typename Filter>
 absl::Status ForEach(const storage::ResultReader<Row, Filter>& reader, Filter filter, bool only_newest,
-                     const runtime::Caller& caller, Machines* machines, const Take& take) {
+                     const runtime::Caller& caller, Machines* machines, const TakeOf<Row>& take) {
   using Page = absl::StatusOr<std::vector<Row>>;
   // Of a blade's results the newest is looked for first: an older one that has the verdict does not stand for it.
   const std::string verdict = only_newest ? std::exchange(filter.verdict, "") : "";
@@ -96,36 +102,72 @@ absl::Status ForEach(const storage::ResultReader<Row, Filter>& reader, Filter fi
       seen.insert(row.blade_serial);
       if (!verdict.empty() && row.verdict != verdict) continue;
       if (++count > kMostResults) return TooMany();
-      if (absl::Status taken = take(*std::move(part)); !taken.ok()) return taken;
+      if (absl::Status taken = take(row, *std::move(part)); !taken.ok()) return taken;
     }
   }
   return absl::OkStatus();
 }
 
-using Writer = grpc::ServerWriter<v1::ExportResultsResponse>;
+using Files = FilesOnTheirWay<v1::ExportResultsResponse>;
 
 std::string RevisedPart(const InspectedPart& part) { return part.part + "@" + std::to_string(part.part_revision); }
 
-// The plan of each before its first result.
-Take QifInto(Writer* writer) {
-  const auto planned = std::make_shared<std::set<std::string>>();
-  return [writer, planned](const InspectedPart& part) {
-    // Inspections and maps have other characteristics, each with a plan of its own.
-    const std::string plan_id = exchange::QifPlanId(part);
-    if (planned->insert(plan_id).second) {
-      const auto plan = exchange::QifPlanOf(part);
+// The plan of each before its first result. Results of one revision mostly follow each other.
+Take QifInto(Files* files) {
+  struct Plans {
+    std::set<std::string> sent;
+    std::optional<exchange::QifPlan> last;
+  };
+  const auto plans = std::make_shared<Plans>();
+  return [files, plans](const InspectedPart& part) {
+    if (!plans->last || !plans->last->IsOf(part)) {
+      auto plan = exchange::QifPlan::Of(part);
       if (!plan.ok()) return plan.status();
-      const std::string file = RevisedPart(part) + "_plan_" + plan_id.substr(0, 8) + ".qif";
-      if (absl::Status sent = WriteInPieces(file, *plan, writer); !sent.ok()) return sent;
+      plans->last = *std::move(plan);
     }
-    const auto document = exchange::ToQif(part);
+    const exchange::QifPlan& plan = *plans->last;
+    // Inspections and maps have other characteristics, each with a plan of its own.
+    if (plans->sent.insert(plan.id()).second) {
+      const std::string file = RevisedPart(part) + "_plan_" + plan.id().substr(0, 8) + ".qif";
+      if (absl::Status sent = files->Write(file, plan.PlanDocument()); !sent.ok()) return sent;
+    }
+    auto document = plan.ResultDocument(part);
     if (!document.ok()) return document.status();
-    return WriteInPieces(part.serial + "_" + runtime::LastSegment(part.result) + ".qif", *document, writer);
+    return files->Write(part.serial + "_" + runtime::LastSegment(part.result) + ".qif", *std::move(document));
   };
 }
 
-Take CsvInto(Writer* writer) {
-  return [writer](const InspectedPart& part) { return WriteInPieces("results.csv", exchange::ToCsv(part), writer); };
+// Each profile of the maps with its points, before they are taken.
+class WithPoints {
+ public:
+  WithPoints(const storage::DeviationStore& store, const runtime::Caller& caller, const Take& take)
+      : store_(store), caller_(caller), take_(take) {}
+
+  absl::Status operator()(const storage::DeviationMapRow& map, InspectedPart part) {
+    const auto patches = store_.Patches(map.deviation_id, caller_.deadline);
+    if (!patches.ok()) return patches.status();
+    if (!patches->has_value()) return absl::DataLossError(part.result + ": no patches, want those of its surface");
+    for (std::size_t i = 0; i < part.values.size(); ++i) {
+      if (!part.values[i].value) continue;
+      auto points = ProfilePoints(map, map.profiles[i], **patches);
+      if (!points.ok()) return points.status();
+      if ((count_ += points->size()) > kMostPoints)
+        return runtime::Refuse("deviation_points", "more than " + std::to_string(kMostPoints) + " points",
+                               "a blade or a time with fewer of them");
+      part.values[i].points = *std::move(points);
+    }
+    return take_(std::move(part));
+  }
+
+ private:
+  const storage::DeviationStore& store_;
+  const runtime::Caller& caller_;
+  const Take& take_;
+  std::size_t count_ = 0;
+};
+
+Take CsvInto(Files* files) {
+  return [files](const InspectedPart& part) { return files->Write("results.csv", exchange::ToCsv(part)); };
 }
 
 Take Into(std::vector<InspectedPart>* parts) {
@@ -138,18 +180,18 @@ Take Into(std::vector<InspectedPart>* parts) {
 }
 
 // Of each part revision, and of inspections and maps apart: a file's values all have the same characteristics.
-absl::Status WriteAqdef(std::vector<InspectedPart> parts, Writer* writer) {
+absl::Status WriteAqdef(std::vector<InspectedPart> parts, Files* files) {
   while (!parts.empty()) {
     const auto same = [first = parts.front()](const InspectedPart& other) {
       return exchange::SameCharacteristics(first, other);
     };
     const auto rest = std::stable_partition(parts.begin(), parts.end(), same);
     const std::vector<InspectedPart> together(std::make_move_iterator(parts.begin()), std::make_move_iterator(rest));
-    const auto text = exchange::ToAqdef(together);
+    auto text = exchange::ToAqdef(together);
     if (!text.ok()) return text.status();
     const std::string file =
         RevisedPart(together.front()) + "_" + runtime::LastSegment(together.front().result) + ".dfq";
-    if (absl::Status sent = WriteInPieces(file, *text, writer); !sent.ok()) return sent;
+    if (absl::Status sent = files->Write(file, *std::move(text)); !sent.ok()) return sent;
     parts.erase(parts.begin(), rest);
   }
   return absl::OkStatus();
@@ -188,26 +230,34 @@ grpc::Status ExportService::ExportResults(grpc::ServerContext* context, const v1
   if (!of_maps.ok()) return ToGrpc(of_maps.status());
   const auto of_assessments = FilterOf<storage::AssessmentFilter>(*request, *context);
   if (!of_assessments.ok()) return ToGrpc(of_assessments.status());
+  if (request->deviation_points() && (request->format() != v1::EXPORT_FORMAT_QIF || request->assessments()))
+    return ToGrpc(runtime::Refuse("deviation_points", "true", "false, unless maps are written as EXPORT_FORMAT_QIF"));
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
+  Files files(writer);
   std::vector<InspectedPart> parts;
   const bool as_csv = request->format() == v1::EXPORT_FORMAT_CSV,
              as_aqdef = request->format() == v1::EXPORT_FORMAT_AQDEF;
-  const Take take = as_csv ? CsvInto(writer) : as_aqdef ? Into(&parts) : QifInto(writer);
+  const Take take = as_csv ? CsvInto(&files) : as_aqdef ? Into(&parts) : QifInto(&files);
   Machines machines(*peers_, caller);
   const storage::ResultReader<storage::InspectionRow, storage::InspectionFilter>& inspections = *inspections_;
   const storage::ResultReader<storage::DeviationMapRow, storage::DeviationFilter>& maps = *deviations_;
   const storage::ResultReader<storage::AssessmentRow, storage::AssessmentFilter>& assessments = *assessments_;
   const bool only_newest = request->only_newest();
-  absl::Status status = as_csv ? WriteInPieces("results.csv", exchange::CsvHead(), writer) : absl::OkStatus();
+  absl::Status status = as_csv ? files.Write("results.csv", exchange::CsvHead()) : absl::OkStatus();
+  const auto plainly = [&take](const auto&, InspectedPart part) { return take(std::move(part)); };
+  const TakeOf<storage::DeviationMapRow> take_map =
+      request->deviation_points() ? TakeOf<storage::DeviationMapRow>(WithPoints(*deviations_, caller, take)) : plainly;
   if (status.ok() && request->assessments())
-    status = ForEach(assessments, *of_assessments, only_newest, caller, &machines, take);
+    status = ForEach<storage::AssessmentRow>(assessments, *of_assessments, only_newest, caller, &machines, plainly);
   if (status.ok() && !request->assessments())
-    status = ForEach(inspections, *of_inspections, only_newest, caller, &machines, take);
-  if (status.ok() && !request->assessments()) status = ForEach(maps, *of_maps, only_newest, caller, &machines, take);
-  if (status.ok() && as_aqdef) status = WriteAqdef(std::move(parts), writer);
-  return ToGrpc(status);
+    status = ForEach<storage::InspectionRow>(inspections, *of_inspections, only_newest, caller, &machines, plainly);
+  if (status.ok() && !request->assessments())
+    status = ForEach<storage::DeviationMapRow>(maps, *of_maps, only_newest, caller, &machines, take_map);
+  if (status.ok() && as_aqdef) status = WriteAqdef(std::move(parts), &files);
+  const absl::Status sent = files.Finish();
+  return ToGrpc(status.ok() ? sent : status);
 }
 
 }  // namespace sixpoint::inspection

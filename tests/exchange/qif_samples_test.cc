@@ -44,6 +44,20 @@ TEST_F(QifSchema, AUsualPartIsValid) { ExpectAllValid(SamplePart(24)); }
 TEST_F(QifSchema, OneCharacteristicIsValid) { ExpectAllValid(SamplePart(1)); }
 TEST_F(QifSchema, TwoThousandCharacteristicsAreValid) { ExpectAllValid(SamplePart(2000)); }
 
+TEST_F(QifSchema, PointsOfProfilesAreValid) {
+  InspectedPart part = SamplePart(24);
+  std::size_t sets = 0;
+  for (std::size_t i = 0; i < part.values.size(); ++i)
+    if (part.characteristics[i].kind == Characteristic::Kind::kProfile && part.values[i].value) {
+      part.values[i].points = {{{1, 2, 3}, {0, 0, 1}, 0.01}, {{1, 2.5, 1e-9}, {0, 0.6, 0.8}, -0.02}};
+      ++sets;
+    }
+  ASSERT_GE(sets, 2U);
+  ExpectValid(ToQif(part));
+  part.characteristics[2].lower = -0.5;  // no zone about nominal: its points alone
+  ExpectValid(ToQif(part));
+}
+
 TEST_F(QifSchema, NothingMeasuredIsValid) {
   InspectedPart part = SamplePart(6);
   part.values.assign(6, MeasuredValue());

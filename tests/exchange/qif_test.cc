@@ -146,6 +146,20 @@ TEST(Qif, TheSameNamesHaveTheSameIds) {
   EXPECT_EQ(characteristics(document), characteristics(plan));
 }
 
+TEST(Qif, APlanWritesItsOwnResultsAlone) {
+  const InspectedPart part = SamplePart(12);
+  const auto plan = QifPlan::Of(part);
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  InspectedPart other = SamplePart(12, 7);
+  EXPECT_TRUE(plan->IsOf(other));
+  EXPECT_EQ(*plan->ResultDocument(other), *ToQif(other));
+  EXPECT_EQ(plan->PlanDocument(), *QifPlanOf(other));
+  other.characteristics[3].upper = 17;
+  EXPECT_FALSE(plan->IsOf(other));
+  EXPECT_THAT(std::string(plan->ResultDocument(other).status().message()),
+              HasSubstr("those of the plan " + plan->id()));
+}
+
 TEST(Qif, WhatItCannotSayIsRefused) {
   const auto refused = [](const std::function<void(InspectedPart*)>& change) {
     InspectedPart part = SamplePart(3);
@@ -156,6 +170,11 @@ TEST(Qif, WhatItCannotSayIsRefused) {
   EXPECT_THAT(refused([](InspectedPart* p) { p->result = "inspections/1"; }), HasSubstr("result: inspections/1"));
   EXPECT_THAT(refused([](InspectedPart* p) { p->serial = "\x01"; }), HasSubstr("serial"));
   EXPECT_THAT(refused([](InspectedPart* p) { p->values.pop_back(); }), HasSubstr("values: 2"));
+  EXPECT_THAT(refused([](InspectedPart* p) { p->values[0].points.resize(1); }), HasSubstr("values[0].points: 1"));
+  EXPECT_THAT(refused([](InspectedPart* p) {
+                p->values[2].points = {{{1, 2, NAN}, {0, 0, 1}, 0}};
+              }),
+              HasSubstr("values[2].points"));
   EXPECT_THAT(refused([](InspectedPart* p) { p->characteristics.clear(), p->values.clear(); }),
               HasSubstr("characteristics: empty"));
   EXPECT_THAT(refused([](InspectedPart* p) { p->characteristics[1].name = p->characteristics[0].name; }),

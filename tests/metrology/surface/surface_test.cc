@@ -8,6 +8,7 @@
 #include <random>
 
 #include "metrology/mesh/skin.h"
+#include "metrology/parallel/lane_width.h"
 #include "tests/metrology/mesh/shapes.h"
 #include "tests/metrology/mesh/tetrahedron.h"
 
@@ -76,7 +77,39 @@ TEST(Surface, HintChangesNothing) {
   }
 }
 
-TEST(Surface, ManyPointsTogetherGiveTheSameBitsAsOneByOne) {
+void ExpectTheSameTogether(const Surface& surface, const std::vector<Vector3d>& queries, double limit_mm,
+                           const std::vector<SurfacePoint>& plain) {
+  const auto count = static_cast<std::uint32_t>(queries.size());
+  const Surface::Batch batch(
+      surface, count,
+      [&](const std::uint32_t* indices, std::size_t some, Vector3d* points_mm) {
+        for (std::size_t i = 0; i < some; ++i) points_mm[i] = queries[indices[i]];
+      },
+      limit_mm, 2);
+  std::vector<int> visits(queries.size());
+  for (std::uint32_t from = 0; from < count; from += 777)
+    batch.Visit(from, std::min(count, from + 777), [&](std::uint32_t i, const SurfacePoint& found) {
+      ++visits[i];
+      ASSERT_EQ(plain[i].triangle, found.triangle);
+      if (plain[i].triangle == Surface::kNoTriangle) return;
+      ASSERT_EQ(plain[i].signed_distance_mm, found.signed_distance_mm);
+      ASSERT_EQ(plain[i].point_mm, found.point_mm);
+      ASSERT_EQ(plain[i].normal, found.normal);
+      ASSERT_EQ(plain[i].edge_distance_mm, found.edge_distance_mm);
+    });
+  EXPECT_EQ(visits, std::vector<int>(queries.size(), 1));
+  for (const int threads : {1, 2, 3}) {
+    std::vector<double> distances_mm;
+    surface.SignedDistances(queries, limit_mm, threads, &distances_mm);
+    ASSERT_EQ(distances_mm.size(), queries.size());
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      const double plain_mm = plain[i].signed_distance_mm;
+      ASSERT_TRUE(distances_mm[i] == plain_mm || (std::isnan(distances_mm[i]) && std::isnan(plain_mm)));
+    }
+  }
+}
+
+TEST(Surface, ManyPointsTogetherGiveTheSameBitsAsOneByOneInEveryWidth) {
   TriangleMesh slivers = shapes::Blade(300, 3, kFarOrigin);  // triangles a hundred times as long as wide, and fans
   slivers.corner_normals.clear();
   for (TriangleMesh mesh : {shapes::Blade(60, 50, kFarOrigin), std::move(slivers)}) {
@@ -105,33 +138,13 @@ TEST(Surface, ManyPointsTogetherGiveTheSameBitsAsOneByOne) {
     for (const bool near : {false, true}) {
       if (near) surface->PrepareNear(2);
       for (const double limit_mm : {0.02, 0.3, std::numeric_limits<double>::infinity()}) {
-        const auto count = static_cast<std::uint32_t>(queries.size());
-        const Surface::Batch batch(
-            *surface, count,
-            [&](const std::uint32_t* indices, std::size_t some, Vector3d* points_mm) {
-              for (std::size_t i = 0; i < some; ++i) points_mm[i] = queries[indices[i]];
-            },
-            limit_mm, 2);
-        std::vector<int> visits(queries.size());
-        for (std::uint32_t from = 0; from < count; from += 777)
-          batch.Visit(from, std::min(count, from + 777), [&](std::uint32_t i, const SurfacePoint& found) {
-            ++visits[i];
-            const SurfacePoint plain = surface->ClosestWithin(queries[i], limit_mm);
-            ASSERT_EQ(plain.triangle, found.triangle);
-            if (plain.triangle == Surface::kNoTriangle) return;
-            ASSERT_EQ(plain.signed_distance_mm, found.signed_distance_mm);
-            ASSERT_EQ(plain.point_mm, found.point_mm);
-            ASSERT_EQ(plain.normal, found.normal);
-          });
-        EXPECT_EQ(visits, std::vector<int>(queries.size(), 1));
-        for (const int threads : {1, 2, 3}) {
-          std::vector<double> distances_mm;
-          surface->SignedDistances(queries, limit_mm, threads, &distances_mm);
-          ASSERT_EQ(distances_mm.size(), queries.size());
-          for (std::size_t i = 0; i < queries.size(); ++i) {
-            const double plain_mm = surface->ClosestWithin(queries[i], limit_mm).signed_distance_mm;
-            ASSERT_TRUE(distances_mm[i] == plain_mm || (std::isnan(distances_mm[i]) && std::isnan(plain_mm)));
-          }
+        // One by one by the narrowest vectors, together by all.
+        UseLaneWidth(LaneWidth::kFour);
+        std::vector<SurfacePoint> plain;
+        for (const Vector3d& query : queries) plain.push_back(surface->ClosestWithin(query, limit_mm));
+        for (const LaneWidth width : LaneWidths()) {
+          UseLaneWidth(width);
+          ExpectTheSameTogether(*surface, queries, limit_mm, plain);
         }
       }
     }

@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <map>
+#include <sstream>
 
 #include "exchange/aqdef.h"
 #include "exchange/csv.h"
@@ -21,6 +24,7 @@ namespace {
 using exchange::InspectedPart;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 class ExportServiceTest : public ::testing::Test {
@@ -40,7 +44,7 @@ class ExportServiceTest : public ::testing::Test {
     return inspection;
   }
   // Of the whole surface: within 20 um of the CAD, and of form alone with other limits.
-  v1::DeviationMap Map() {
+  v1::DeviationMap Map(v1::ProfileZone zone = v1::PROFILE_ZONE_FORM_AND_LOCATION) {
     v1::MapDeviationRequest request;
     request.set_registration(testing::kRegistration);
     request.set_patch_mm(2);
@@ -49,7 +53,7 @@ class ExportServiceTest : public ::testing::Test {
     for (const auto& [characteristic, upper_mm, least_coverage] : profiles) {
       v1::ProfileTolerance& profile = *request.add_profiles();
       profile.set_characteristic(characteristic);
-      profile.set_zone(v1::PROFILE_ZONE_FORM_AND_LOCATION);
+      profile.set_zone(zone);
       profile.set_lower_mm(-0.02);
       profile.set_upper_mm(upper_mm);
       profile.set_least_coverage(least_coverage);
@@ -150,6 +154,57 @@ TEST_F(ExportServiceTest, EveryFormatHasTheSameValues) {
   }
 }
 
+// All numbers that stand in elements of that name, in their order.
+std::vector<double> NumbersIn(const std::string& document, const std::string& element) {
+  std::vector<double> numbers;
+  const std::string open = "<" + element + ">";
+  for (std::size_t at = 0; (at = document.find(open, at)) != std::string::npos;) {
+    at += open.size();
+    std::istringstream text(document.substr(at, document.find('<', at) - at));
+    for (double number; text >> number;) numbers.push_back(number);
+  }
+  return numbers;
+}
+
+TEST_F(ExportServiceTest, PointsOfAProfileAreThePatchesInItsZone) {
+  for (const v1::ProfileZone zone : {v1::PROFILE_ZONE_FORM_AND_LOCATION, v1::PROFILE_ZONE_FORM}) {
+    const v1::DeviationMap map = Map(zone);
+    v1::ExportResultsRequest request;
+    EXPECT_THAT(File(*Export(request, v1::EXPORT_FORMAT_QIF), Id(map.name()) + ".qif"), Not(HasSubstr("PointSet")));
+    request.set_deviation_points(true);
+    const auto files = Export(request, v1::EXPORT_FORMAT_QIF);
+    ASSERT_TRUE(files.ok()) << files.status();
+    const std::string document = File(*files, Id(map.name()) + ".qif");
+    EXPECT_TRUE(exchange::FromQif(document).ok());
+    // Of both that were measured the points; of the one whose zone lies about the CAD QIF has a place for each deviation.
+    const auto patches =
+        storage::DeviationsIn(plant_.database.database())->Patches(Id(map.name()), storage::Deadline::max());
+    ASSERT_TRUE(patches.ok() && patches->has_value()) << patches.status();
+    std::size_t seen = 0;
+    for (const double mean_um : (*patches)->means_um) seen += std::isfinite(mean_um);
+    ASSERT_GT(seen, 100U);
+    const std::vector<double> deviations_mm = NumbersIn(document, "Deviation"),
+                              points_mm = NumbersIn(document, "Points"), normals = NumbersIn(document, "Normals");
+    ASSERT_EQ(deviations_mm.size(), seen);
+    ASSERT_EQ(points_mm.size(), 6 * seen);
+    ASSERT_EQ(normals.size(), 6 * seen);
+    const auto [least, greatest] = std::minmax_element(deviations_mm.begin(), deviations_mm.end());
+    EXPECT_NEAR(*least, map.profiles(0).lowest().mean_um() / 1e3, 1e-9);
+    EXPECT_NEAR(*greatest, map.profiles(0).highest().mean_um() / 1e3, 1e-9);
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < (*patches)->means_um.size(); ++i) {
+      if (!std::isfinite((*patches)->means_um[i])) continue;
+      if (zone == v1::PROFILE_ZONE_FORM_AND_LOCATION) {
+        EXPECT_DOUBLE_EQ(1e3 * deviations_mm[k], (*patches)->means_um[i]);
+      }
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        EXPECT_NEAR(points_mm[3 * k + axis],
+                    (*patches)->centres_in_part_mm[3 * i + axis] + deviations_mm[k] * normals[3 * k + axis], 1e-9);
+      ++k;
+    }
+  }
+}
+
 TEST_F(ExportServiceTest, FiltersLetThroughWhatWasAskedFor) {
   Inspect();
   const v1::Inspection newest = Inspect();
@@ -172,6 +227,11 @@ TEST_F(ExportServiceTest, FiltersLetThroughWhatWasAskedFor) {
 TEST_F(ExportServiceTest, RefusesWhatItCannotWrite) {
   EXPECT_THAT(std::string(Export({}, v1::EXPORT_FORMAT_UNSPECIFIED).status().message()), HasSubstr("format: "));
   v1::ExportResultsRequest request;
+  request.set_deviation_points(true);
+  EXPECT_THAT(std::string(Export(request, v1::EXPORT_FORMAT_CSV).status().message()), HasSubstr("deviation_points: "));
+  request.set_assessments(true);
+  EXPECT_THAT(std::string(Export(request, v1::EXPORT_FORMAT_QIF).status().message()), HasSubstr("deviation_points: "));
+  request.Clear();
   request.set_part("machines/m1");
   EXPECT_THAT(std::string(Export(request, v1::EXPORT_FORMAT_CSV).status().message()), HasSubstr("part: machines/m1"));
 }
