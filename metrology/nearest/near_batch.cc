@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace sixpoint::metrology {
 namespace {
@@ -13,6 +14,37 @@ namespace {
 constexpr std::size_t kWorthTogether = 4;
 constexpr std::uint32_t kShapesAhead = 4;  // fetched early
 constexpr double kWidestTogether = 1, kFarthestTogether = 4;
+
+// Queries with those triangles that may be their nearest, several at a time: TakeNearer of each.
+class PairTaker {
+ public:
+  PairTaker(const TriangleTree& tree, const Eigen::Vector3d* queries, PairLanes* lanes, NearestTriangle* nearest)
+      : tree_(tree), queries_(queries), lanes_(lanes), nearest_(nearest), measure_(MeasurePairsOf(UsedLaneWidth())) {}
+
+  void Take(std::uint32_t query, std::uint32_t item) {
+    lanes_->Set(count_, queries_[query], tree_.vertices(), tree_.items()[item]);
+    pairs_[count_] = {query, item};
+    if (++count_ == LaneRow::kLanes) Flush();
+  }
+  void Flush() {
+    measure_(count_, lanes_);
+    for (std::size_t lane = 0; lane < count_; ++lane) {
+      const auto [query, item] = pairs_[lane];
+      const NearestTriangle found = lanes_->Found(lane, tree_.items()[item]);
+      if (IsNearer(found, nearest_[query])) nearest_[query] = found;
+    }
+    count_ = 0;
+  }
+
+ private:
+  const TriangleTree& tree_;
+  const Eigen::Vector3d* queries_;
+  PairLanes* lanes_;
+  NearestTriangle* nearest_;
+  MeasurePairs measure_;
+  std::array<std::pair<std::uint32_t, std::uint32_t>, LaneRow::kLanes> pairs_;
+  std::size_t count_ = 0;
+};
 
 }  // namespace
 
@@ -123,38 +155,21 @@ void NearBatch::FindAmong(const Candidates& candidates, const Eigen::Vector3d* q
                           double limit_squared, NearestTriangle* nearest) {
   const float from_centre = LayOut(candidates, queries, count);
   const auto [used, tolerance] = Measure(candidates, from_centre, count);
-  const auto item_of = [&, this](std::uint32_t candidate) -> const IndexedTriangle& {
-    return tree_.items()[candidates.items[candidate]];
-  };
+  PairTaker taker(tree_, queries, pairs_.get(), nearest);
   const std::size_t blocks = width_ / NearLanes::kMultiple;
-  std::array<std::uint32_t, kMostPoints> alone;  // queries that only one candidate can be the nearest of
-  std::size_t alone_count = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     nearest[i] = {};
     nearest[i].distance_squared = limit_squared;
     const float within = std::sqrt(lanes_->least[i]) + 2 * tolerance, within_squared = within * within * (1 + 1e-6f);
     if (used > 0 && lanes_->second[i] > within_squared) {
-      alone[alone_count++] = i;
+      taker.Take(i, candidates.items[lanes_->nearest[i]]);
       continue;
     }
     for (std::uint32_t k = 0; k < used; ++k)
       if (squared_[k * blocks + i / NearLanes::kMultiple].at[i % NearLanes::kMultiple] <= within_squared)
-        TakeNearer(tree_.vertices(), item_of(k), queries[i], &nearest[i]);
+        taker.Take(i, candidates.items[k]);
   }
-  const MeasurePairs measure = MeasurePairsOf(UsedLaneWidth());
-  for (std::size_t first = 0; first < alone_count; first += LaneRow::kLanes) {
-    const std::size_t some = std::min(LaneRow::kLanes, alone_count - first);
-    for (std::size_t lane = 0; lane < some; ++lane) {
-      const std::uint32_t i = alone[first + lane];
-      pairs_->Set(lane, queries[i], tree_.vertices(), item_of(lanes_->nearest[i]));
-    }
-    measure(some, pairs_.get());
-    for (std::size_t lane = 0; lane < some; ++lane) {
-      const std::uint32_t i = alone[first + lane];
-      if (pairs_->distance_squared.at[lane] <= limit_squared)
-        nearest[i] = pairs_->Found(lane, item_of(lanes_->nearest[i]));
-    }
-  }
+  taker.Flush();
 }
 
 }  // namespace sixpoint::metrology

@@ -43,10 +43,8 @@ void TakeNearer(const Points& vertices, const IndexedTriangle& item, const Eigen
     part = TrianglePart::kInside;
   }
   const double distance_squared = (ap - v * ab - w * ac).squaredNorm();
-  if (distance_squared < best->distance_squared ||
-      (distance_squared == best->distance_squared && item.triangle < best->triangle)) {
-    *best = {item.triangle, distance_squared, {1 - v - w, v, w}, part, &item};
-  }
+  const NearestTriangle found{item.triangle, distance_squared, {1 - v - w, v, w}, part, &item};
+  if (IsNearer(found, *best)) *best = found;
 }
 
 }  // namespace sixpoint::metrology

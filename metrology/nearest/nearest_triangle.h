@@ -28,6 +28,12 @@ struct NearestTriangle {
   const IndexedTriangle* item = nullptr;  // of the triangle
 };
 
+// The nearer one, of two as near that with the smaller index.
+inline bool IsNearer(const NearestTriangle& one, const NearestTriangle& other) {
+  return one.distance_squared < other.distance_squared ||
+         (one.distance_squared == other.distance_squared && one.triangle < other.triangle);
+}
+
 // Replaces `best` where the triangle is nearer, or as near with a smaller index. In double precision: it alone decides.
 void TakeNearer(const Points& vertices, const IndexedTriangle& item, const Eigen::Vector3d& query,
                 NearestTriangle* best);
