@@ -124,14 +124,14 @@ MeasuredValueRow ReadValue(const Rows& rows, int row) {
 }
 
 absl::StatusOr<std::vector<MeasurementRow>> ReadMeasurements(Transaction& transaction, const char* sql,
-                                                             const Params& params) {
+                                                             const Params& params, bool with_values = true) {
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
   if (!rows.ok()) return rows.status();
   std::vector<MeasurementRow> measurements;
   for (int row = 0; row < rows->count(); ++row) measurements.push_back(ReadMeasurement(*rows, row));
   if (absl::Status read = rows->status(); !read.ok()) return read;
   const ParentRows<MeasurementRow> parents(&measurements, &MeasurementRow::measurement_id);
-  if (parents.ids().empty()) return measurements;
+  if (parents.ids().empty() || !with_values) return measurements;
   const absl::Status read = parents.Add(transaction.Execute(kSelectValues, Params().Uuids(parents.ids())),
                                         [](MeasurementRow& measurement, const Rows& values, int row) {
                                           measurement.values.push_back(ReadValue(values, row));
@@ -157,7 +157,7 @@ absl::StatusOr<std::vector<MeasurementRow>> ListMeasurements(Transaction& transa
   filter.file_sha256.empty() ? params.Null() : params.Digest(filter.file_sha256);
   AddSpan(filter.recorded, &params);
   AddSight(*sight, &params);
-  return ReadMeasurements(transaction, kListMeasurements, params.Int(limit));
+  return ReadMeasurements(transaction, kListMeasurements, params.Int(limit), filter.with_values);
 }
 
 // By the name of any of its measurements.

@@ -69,7 +69,8 @@ struct MeasurementFilter {
   std::string blade_serial, part_id, drawing_id, instrument_serial_number;
   std::string file_sha256;
   TimeSpan recorded;
-  Reader reader;  // what he may not see is not listed
+  Reader reader;            // what he may not see is not listed
+  bool with_values = true;  // reads those too
 };
 
 // In PostgreSQL; the database lives longer.

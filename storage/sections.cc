@@ -173,7 +173,8 @@ SectionValueRow ReadValue(const Rows& rows, int row) {
   return value;
 }
 
-absl::Status ReadChildren(Transaction& transaction, const ParentRows<SectionMeasurementRow>& parents) {
+absl::Status ReadChildren(Transaction& transaction, const ParentRows<SectionMeasurementRow>& parents,
+                          bool with_values) {
   const Params ids = Params().Uuids(parents.ids());
   absl::Status read = parents.Add(transaction.Execute(kSelectScans, ids),
                                   [](SectionMeasurementRow& measurement, const Rows& rows, int row) {
@@ -184,7 +185,7 @@ absl::Status ReadChildren(Transaction& transaction, const ParentRows<SectionMeas
                        [](SectionMeasurementRow& measurement, const Rows& rows, int row) {
                          measurement.sections.push_back(ReadSection(rows, row));
                        });
-  if (!read.ok()) return read;
+  if (!read.ok() || !with_values) return read;
   bool of_sections = true;
   read = parents.Add(transaction.Execute(kSelectValues, ids),
                      [&](SectionMeasurementRow& measurement, const Rows& rows, int row) {
@@ -197,7 +198,7 @@ absl::Status ReadChildren(Transaction& transaction, const ParentRows<SectionMeas
 }
 
 absl::StatusOr<std::vector<SectionMeasurementRow>> ReadMeasurements(Transaction& transaction, const char* sql,
-                                                                    const Params& params) {
+                                                                    const Params& params, bool with_values = true) {
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
   if (!rows.ok()) return rows.status();
   std::vector<SectionMeasurementRow> measurements;
@@ -205,7 +206,7 @@ absl::StatusOr<std::vector<SectionMeasurementRow>> ReadMeasurements(Transaction&
   if (absl::Status read = rows->status(); !read.ok()) return read;
   const ParentRows<SectionMeasurementRow> parents(&measurements, &SectionMeasurementRow::section_measurement_id);
   if (parents.ids().empty()) return measurements;
-  if (absl::Status read = ReadChildren(transaction, parents); !read.ok()) return read;
+  if (absl::Status read = ReadChildren(transaction, parents, with_values); !read.ok()) return read;
   return measurements;
 }
 
@@ -221,7 +222,7 @@ absl::StatusOr<std::vector<SectionMeasurementRow>> ListMeasurements(Transaction&
                                                                     std::int64_t before_sequence, int limit) {
   absl::StatusOr<Params> params = FilterParams(transaction, before_sequence, filter);
   if (!params.ok()) return params.status();
-  return ReadMeasurements(transaction, kListMeasurements, params->Int(limit));
+  return ReadMeasurements(transaction, kListMeasurements, params->Int(limit), filter.with_values);
 }
 
 absl::StatusOr<std::vector<SectionOutlineRow>> FindOutlines(Transaction& transaction, const std::string& id) {

@@ -73,7 +73,9 @@ struct SectionMeasurementRow {
   std::string work_order, operation;
 };
 
-struct SectionFilter : ResultFilter {};
+struct SectionFilter : ResultFilter {
+  bool with_values = true;  // reads those too
+};
 
 // Beside the measurements what is too large to come with each of them. Thread-safe.
 class SectionStore : public ResultStore<SectionMeasurementRow, SectionFilter> {

@@ -154,6 +154,7 @@ grpc::Status MeasurementService::ListMeasurements(grpc::ServerContext* context,
   filter.instrument_serial_number = request->instrument_serial_number();
   filter.file_sha256 = sha256;
   filter.reader = runtime::ReaderOf(*context);
+  filter.with_values = request->view() == list::v1::VIEW_FULL;
   const auto basic = [](v1::Measurement* measurement) { LeaveBasic(measurement); };
   return ToGrpc(runtime::ListResults(*measurements_, runtime::DeadlineOf(*context), *request, filter, MeasurementOf,
                                      basic, response->mutable_measurements(), response->mutable_next_page_token()));

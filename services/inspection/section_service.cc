@@ -72,6 +72,7 @@ grpc::Status SectionService::ListSectionMeasurements(grpc::ServerContext* contex
   storage::SectionFilter filter;
   if (absl::Status status = runtime::ReadFilter(*request, &filter); !status.ok()) return ToGrpc(status);
   filter.reader = runtime::ReaderOf(*context);
+  filter.with_values = request->view() == list::v1::VIEW_FULL;
   const auto basic = [](v1::SectionMeasurement* measurement) { LeaveBasic(measurement); };
   return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, MeasurementOf, basic,
                                      response->mutable_sections(), response->mutable_next_page_token()));

@@ -246,6 +246,10 @@ TEST_F(AssessmentServiceTest, JudgesEachCharacteristicAndReadsBackTheSame) {
   ASSERT_EQ(listed.assessments_size(), 1);
   EXPECT_THAT(listed.assessments(0).findings(), IsEmpty());
   EXPECT_EQ(listed.assessments(0).groups_size(), 4);
+  list.set_view(list::v1::VIEW_FULL);
+  ASSERT_TRUE(stub_->ListAssessments(runtime::ContextFor(10).get(), list, &listed).ok());
+  ASSERT_EQ(listed.assessments_size(), 1);
+  EXPECT_EQ(listed.assessments(0).DebugString(), assessment->DebugString());
   list.set_verdict(VERDICT_CONFORM);
   ASSERT_TRUE(stub_->ListAssessments(runtime::ContextFor(10).get(), list, &listed).ok());
   EXPECT_THAT(listed.assessments(), IsEmpty());

@@ -115,6 +115,10 @@ TEST_F(SectionServiceTest, AreThoseOfTheClosedFormAndReadBackTheSame) {
   ASSERT_TRUE(stub_->ListSectionMeasurements(runtime::ContextFor(10).get(), list, &listed).ok());
   ASSERT_EQ(listed.sections_size(), 1);
   EXPECT_THAT(listed.sections(0).sections(0).values(), IsEmpty());  // the basic view
+  list.set_view(list::v1::VIEW_FULL);
+  ASSERT_TRUE(stub_->ListSectionMeasurements(runtime::ContextFor(10).get(), list, &listed).ok());
+  ASSERT_EQ(listed.sections_size(), 1);
+  EXPECT_EQ(listed.sections(0).DebugString(), measurement->DebugString());
   auto transaction = plant_.database.database()->Begin(testing::Soon());
   const auto derived = storage::DerivedFrom(*transaction, plant_.scans[2]);
   ASSERT_TRUE(derived.ok());
