@@ -12,8 +12,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kTries = 3;           // rounds in which all that is wrong may change sides without fewer being wrong
-constexpr double kHeld = 1e-10;     // of the scale: below it an element or a gap counts as 0
+constexpr int kTries = 3;        // rounds in which all that is wrong may change sides without fewer being wrong
+constexpr double kHeld = 1e-10;  // of the scale: below it an element or a gap counts as 0
+constexpr double kHeldBack = 1e-14;
 constexpr Index kBlockRounds = 60;  // then one by one, which rounding cannot send round in a circle
 
 // x on the set, its gap q x - r elsewhere. False where the set's matrix has no factor.
@@ -29,10 +30,16 @@ bool SolveOn(const MatrixXd& q, const VectorXd& r, const std::vector<Index>& set
     right[i] = r[set[static_cast<std::size_t>(i)]];
   }
   for (Index i = 0; i < size; ++i) part.row(i) = columns.row(set[static_cast<std::size_t>(i)]);
-  const Eigen::LLT<MatrixXd> factor(part);
+  Eigen::LLT<MatrixXd> factor(part);
+  // What rounding made indefinite is held by a little more; the steps after take its effect off.
+  for (double more = kHeldBack; factor.info() != Eigen::Success && more < 1e3 * kHeldBack; more *= 10) {
+    MatrixXd held = part;
+    held.diagonal().array() += more * part.diagonal().cwiseAbs().maxCoeff();
+    factor.compute(held);
+  }
   if (factor.info() != Eigen::Success) return false;
   VectorXd solved = factor.solve(right);
-  solved += factor.solve(right - part * solved);  // once more, against an ill condition
+  for (int again = 0; again < 2; ++again) solved += factor.solve(right - part * solved);
   gap->noalias() += columns * solved;
   for (Index i = 0; i < size; ++i) (*x)[set[static_cast<std::size_t>(i)]] = solved[i];
   return solved.allFinite();

@@ -194,7 +194,9 @@ absl::StatusOr<LimitedLattice> SolveLimited(const LatticeSystem& system, const s
   WorkingSet working(system, limits, rule);
   std::vector<Side> next;
   for (const LimitPush& push : held)
-    if (push.limit < limits.size()) next.push_back({push.limit, push.most});
+    if (push.limit < limits.size() &&
+        std::isfinite(push.most ? limits[push.limit].most_mm : limits[push.limit].least_mm))
+      next.push_back({push.limit, push.most});
   LimitedLattice result;
   result.controls_mm = system.Moved(MatrixXd::Zero(system.size(), 3));
   for (; result.round_count < kRounds; ++result.round_count) {
