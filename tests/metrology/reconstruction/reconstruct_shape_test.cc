@@ -59,15 +59,17 @@ ReconstructionOptions Options() {
   return options;
 }
 
-// Waves and a twist above the foot; edges that lack stock by so much at mid span, and have some elsewhere.
+// Waves and a twist above the foot; edges that are short by so much at mid span, and have stock elsewhere.
 BlankOf Blank(double lacking_mm, double wave_mm) {
   return [=](const Vector3d& x, const Vector3d& normal) -> Vector3d {
     const double above = Ramp((x.z() + 19) / 12);
     const Vector3d twist = 0.004 * (x.z() + 19) / 40 * Vector3d(-x.y(), x.x(), 0);
     const double wave = wave_mm * std::sin(x.z() / 5) * std::cos(x.x() / 5);
     const double in_edge = Ramp((std::abs(x.x()) - kEdge_mm) / 9) * Ramp((x.z() + 15) / 10);
-    const double stock = 0.4 - (lacking_mm + 0.4) * std::exp(-x.z() * x.z() / 100);
-    return x + above * (twist + wave * normal) + in_edge * stock * normal;
+    // Along the chord: an edge that is short keeps its radius.
+    const double lacks = std::exp(-x.z() * x.z() / 100);
+    const Vector3d short_of = -lacking_mm * lacks * Vector3d(x.x() > 0 ? 1 : -1, 0, 0);
+    return x + above * (twist + wave * normal) + in_edge * (short_of + 0.4 * (1 - lacks) * normal);
   };
 }
 
