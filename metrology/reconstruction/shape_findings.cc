@@ -117,7 +117,16 @@ void ShapeProblem::Transition(double* step_mm, double* kink_rad) const {
       rows.push_back({1, one.dot(from_mm), other.dot(from_mm)});
       rest_mm.push_back(feet_[k]->distance_mm);
     }
-    if (rows.size() < kLeastForSlope) continue;
+    // A line of them holds no slope across.
+    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+    for (const auto& row : rows) middle += Eigen::Vector2d(row[1], row[2]) / static_cast<double>(rows.size());
+    for (const auto& row : rows) {
+      const Eigen::Vector2d from = Eigen::Vector2d(row[1], row[2]) - middle;
+      spread += from * from.transpose() / static_cast<double>(rows.size());
+    }
+    const double mean = spread.trace() / 2, apart = std::sqrt(std::max(0.0, mean * mean - spread.determinant()));
+    if (rows.size() < kLeastForSlope || !(mean - apart > 0.3 * options_.patch_mm * options_.patch_mm)) continue;
     Eigen::MatrixXd matrix(static_cast<Eigen::Index>(rows.size()), 3);
     for (std::size_t k = 0; k < rows.size(); ++k)
       matrix.row(static_cast<Eigen::Index>(k)) = Eigen::Map<const Eigen::RowVector3d>(rows[k].data());

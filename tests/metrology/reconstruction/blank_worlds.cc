@@ -16,11 +16,16 @@ std::vector<BlankPoint> BlankPoints(const Surface& design, const std::vector<met
   std::vector<BlankPoint> points;
   for (const metrology::DesignPlace& place : places) {
     const Vector3d one = place.normal.unitOrthogonal(), other = place.normal.cross(one);
+    bool is_smooth = true;
     const auto beside = [&](const Vector3d& along) {
       const metrology::SurfacePoint on = design.Closest(place.point_mm + kStep_mm * along, place.triangle);
+      is_smooth = is_smooth && on.feature == metrology::SurfaceFeature::kFace && on.edge_distance_mm > kStep_mm &&
+                  on.normal.dot(place.normal) > 0.95;
       return blank(on.point_mm, on.normal);
     };
     const Vector3d outward = (beside(one) - beside(-one)).cross(beside(other) - beside(-other)).normalized();
+    // Where the differences fold, nothing is known of how the blank looks.
+    if (!is_smooth || outward.dot(place.normal) < 0.5) continue;
     points.push_back({place.point_mm, place.normal, blank(place.point_mm, place.normal), outward});
   }
   return points;

@@ -21,7 +21,7 @@ struct BlankPoint {
   Eigen::Vector3d point_mm, outward;  // of the blank, unit
 };
 
-// Of places of the design; the blank's normals by differences along its surface.
+// Of places of the design that are off its sharp edges; the blank's normals by differences along its surface.
 std::vector<BlankPoint> BlankPoints(const metrology::Surface& design, const std::vector<metrology::DesignPlace>& places,
                                     const BlankOf& blank);
 
