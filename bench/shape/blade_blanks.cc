@@ -16,7 +16,7 @@ namespace {
 
 // The vane stands along z, its leading edge looking to -x, its trailing edge down y.
 constexpr double kLeadingWidth_mm = 11, kTrailingWidth_mm = 14;  // of the edges' regions, along x and y
-constexpr double kFaceBox_mm = 0.6;                            // about the end faces, with the walls' rims
+constexpr double kFaceBox_mm = 0.6;                              // about the end faces, with the walls' rims
 const Vector3d kLeading(-1, 0, 0), kTrailing = Vector3d(0.5, -0.866, 0).normalized();
 
 std::vector<ShapeRegion> RegionsOf(const metrology::Surface& vane, double lower_mm, double upper_mm) {
@@ -62,7 +62,8 @@ std::shared_ptr<const metrology::Surface> LoadVane(const std::string& step_file)
 
 metrology::ReconstructionOptions BladeOptions() {
   metrology::ReconstructionOptions options;
-  options.patch_mm = 0.5;
+  options.coverage_factor = 3;
+  options.patch_mm = 0.4;
   options.coarsest_spacing_mm = 8;
   options.finest_spacing_mm = 2;
   options.reach_mm = 2;

@@ -9,11 +9,11 @@
 namespace sixpoint::bench {
 namespace {
 
+using Ipopt::Index;
+using Ipopt::Number;
 using metrology::ControlLattice;
 using metrology::DisplacementLimit;
 using metrology::FreeFormDeformation;
-using Ipopt::Index;
-using Ipopt::Number;
 
 constexpr double kEnergyPrice = 1e-3;  // beside a millimetre of slack
 
@@ -91,7 +91,9 @@ class Programme : public Ipopt::TNLP {
 
   bool get_nlp_info(Index& n, Index& m, Index& nonzeros, Index& hessian, IndexStyleEnum& style) override {
     n = 3 * controls_ + 1;
-    m = 2 * static_cast<Index>(limits_.size());
+    m = 0;
+    for (const DisplacementLimit& limit : limits_)
+      m += (std::isfinite(limit.least_mm) ? 1 : 0) + (std::isfinite(limit.most_mm) ? 1 : 0);
     nonzeros = m * (64 * 3 + 1);
     hessian = 3 * static_cast<Index>(energy_.size());
     style = C_STYLE;
@@ -100,10 +102,10 @@ class Programme : public Ipopt::TNLP {
   bool get_bounds_info(Index n, Number* low, Number* high, Index m, Number* least, Number* most) override {
     for (Index i = 0; i < n; ++i) low[i] = -1e19, high[i] = 1e19;
     low[n - 1] = 0;
-    for (Index i = 0; i < m; ++i) {
-      const DisplacementLimit& limit = limits_[static_cast<std::size_t>(i / 2)];
-      least[i] = i % 2 == 0 ? std::max(-1e19, limit.least_mm) : std::max(-1e19, -limit.most_mm);
-      most[i] = 1e19;
+    std::fill(most, most + m, 1e19);
+    for (const DisplacementLimit& limit : limits_) {
+      if (std::isfinite(limit.least_mm)) *least++ = limit.least_mm;
+      if (std::isfinite(limit.most_mm)) *least++ = -limit.most_mm;
     }
     return true;
   }
@@ -116,7 +118,8 @@ class Programme : public Ipopt::TNLP {
     value = x[n - 1];
     for (const auto& [at, element] : energy_)
       for (Index k = 0; k < 3; ++k)
-        value += kEnergyPrice * (at.first == at.second ? 0.5 : 1) * element * x[3 * at.first + k] * x[3 * at.second + k];
+        value +=
+            kEnergyPrice * (at.first == at.second ? 0.5 : 1) * element * x[3 * at.first + k] * x[3 * at.second + k];
     return true;
   }
   bool eval_grad_f(Index n, const Number* x, bool, Number* slope) override {
@@ -131,10 +134,11 @@ class Programme : public Ipopt::TNLP {
   }
   template <typename Take>
   void EachElement(const Take& take) const {
-    Index count = 0;
+    Index count = 0, row = -1;
     for (std::size_t i = 0; i < limits_.size(); ++i)
       for (const double sign : {1.0, -1.0}) {
-        const Index row = 2 * static_cast<Index>(i) + (sign < 0 ? 1 : 0);
+        if (!std::isfinite(sign > 0 ? limits_[i].least_mm : limits_[i].most_mm)) continue;
+        ++row;
         const DisplacementLimit& limit = limits_[i];
         for (int p = 0; p < 64; ++p) {
           const int x = p / 16, y = p / 4 % 4, z = p % 4;
@@ -203,7 +207,8 @@ std::optional<PeerAnswer> SolveByIpopt(const FreeFormDeformation& still, const s
   const Ipopt::SmartPtr<Ipopt::TNLP> as_base = GetRawPtr(programme);
   const Ipopt::ApplicationReturnStatus status = solver->OptimizeTNLP(as_base);
   if (status != Ipopt::Solve_Succeeded && status != Ipopt::Solved_To_Acceptable_Level) return std::nullopt;
-  return PeerAnswer{programme->slack_mm(), solver->Statistics()->TotalCPUTime(), solver->Statistics()->IterationCount()};
+  return PeerAnswer{programme->slack_mm(), solver->Statistics()->TotalCPUTime(),
+                    solver->Statistics()->IterationCount()};
 }
 
 }  // namespace sixpoint::bench

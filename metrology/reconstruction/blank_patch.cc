@@ -92,8 +92,8 @@ absl::StatusOr<std::vector<BlankPatch>> GatherBlank(const Surface& surface, cons
     const SurfacePatch& patch = patches.patches()[p];
     const SurfacePoint on = surface.Closest(patch.centre_mm);
     if (on.feature != SurfaceFeature::kFace) continue;
-    gathered.push_back({on.point_mm + plane[0] * on.normal, sum.outward.normalized(),
-                        std::sqrt(rest * height_variance)});
+    gathered.push_back(
+        {on.point_mm + plane[0] * on.normal, sum.outward.normalized(), std::sqrt(rest * height_variance)});
   }
   return gathered;
 }

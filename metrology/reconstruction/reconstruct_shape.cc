@@ -15,7 +15,7 @@ namespace {
 constexpr double kFirmness = 1e-8;
 // Free of all limits, fixed surface that is missed by so much more than it may be wants a finer lattice, whatever the limits do.
 constexpr double kHopeless = 10;
-constexpr double kBetter = 0.7;  // of what was lacking: two passes after another that leave more bring no end
+constexpr double kBetter = 0.7;  // of what was lacking: three passes after another that leave more bring no end
 
 absl::Status CheckOptions(const ReconstructionOptions& options) {
   Refusals refusals;
@@ -166,7 +166,7 @@ class Search {
       // Of limits that contradict, only passes that gain are worth another.
       if (is_missed && (contradicts_ || most_mm > last_mm)) return false;
       worse_count = most_mm > kBetter * last_mm ? worse_count + 1 : 0;
-      if (worse_count == 2) return false;
+      if (worse_count == 3) return false;
       last_mm = most_mm;
     }
     return false;

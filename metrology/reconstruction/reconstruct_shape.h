@@ -40,7 +40,7 @@ struct ReconstructionOptions {
   double margin_mm = 1e-3;       // by which limits are narrowed, for what lies between places
   double stiffness_mm2 = 1e-3;   // of the lattice, beside a pull of 1 on each mm2 of fixed surface
   double decay_mm = 20;          // over which a displacement dies out where nothing asks for it
-  int most_passes = 8;           // at one lattice
+  int most_passes = 14;          // at one lattice
   std::function<bool()> keep_going = {};
 };
 

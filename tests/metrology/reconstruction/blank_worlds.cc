@@ -33,11 +33,16 @@ std::vector<BlankPoint> BlankPoints(const Surface& design, const std::vector<met
 
 std::vector<metrology::BlankPatch> Measured(const std::vector<BlankPoint>& points, double uncertainty_mm,
                                             bool heavy_tails, std::mt19937_64* random) {
+  constexpr int kPointsOfPatch = 60;
   std::normal_distribution<double> normal(0, 1);
   std::student_t_distribution<double> student(3);
   std::vector<metrology::BlankPatch> patches;
   for (const BlankPoint& point : points) {
-    const double draw = heavy_tails ? student(*random) / std::sqrt(3.0) : normal(*random);
+    double draw = normal(*random);
+    if (heavy_tails) {
+      draw = 0;
+      for (int k = 0; k < kPointsOfPatch; ++k) draw += student(*random) / std::sqrt(3.0 * kPointsOfPatch);
+    }
     patches.push_back({point.point_mm + uncertainty_mm * draw * point.outward, point.outward, uncertainty_mm});
   }
   return patches;

@@ -25,7 +25,7 @@ struct BlankPoint {
 std::vector<BlankPoint> BlankPoints(const metrology::Surface& design, const std::vector<metrology::DesignPlace>& places,
                                     const BlankOf& blank);
 
-// Each as a patch off by noise of this standard uncertainty: normal, or Student's with three degrees of freedom of the same.
+// Each as a patch off by noise of this standard uncertainty: normal, or the mean of sixty points with Student's, three degrees of freedom.
 std::vector<metrology::BlankPatch> Measured(const std::vector<BlankPoint>& points, double uncertainty_mm,
                                             bool heavy_tails, std::mt19937_64* random);
 
