@@ -64,7 +64,7 @@ metrology::ReconstructionOptions BladeOptions() {
   metrology::ReconstructionOptions options;
   options.coverage_factor = 3;
   options.patch_mm = 0.4;
-  options.coarsest_spacing_mm = 8;
+  options.coarsest_spacing_mm = 4;
   options.finest_spacing_mm = 2;
   options.reach_mm = 2;
   options.blend_mm = 4;

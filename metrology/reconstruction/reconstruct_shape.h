@@ -24,7 +24,7 @@ struct ReconstructionOptions {
   int threads = 2;
   double coverage_factor =
       2;  // of a patch's standard uncertainty: the guard that its stock is wanted beyond the allowance
-  double fixed_within_mm = 0.005;  // of the measured surface, where a region is fixed
+  double fixed_within_mm = 0.005;  // of the measured surface, where a region is fixed, beyond its guard
   double step_mm = 0.002;          // the same within three patches of a machined region
   double kink_rad = 0.00174533;    // of the shape beside the fixed surface there
   double datum_within_mm = 0.001;

@@ -159,8 +159,10 @@ void ShapeProblem::PutWanted() {
       const double from_fixed_mm = fixed_places_.Nearest(feet_[j]->place_mm, feet_[j]->design_normal, 0);
       cut_part_[j] = SmoothStep((from_fixed_mm / options_.blend_mm - kUncut) / (1 - kUncut));
     }
-    wanted_mm_[j] = cut_part_[j] * (regions_[region_of_patch_[j]].allowance_mm +
-                                    options_.coverage_factor * blank_[j].standard_uncertainty_mm);
+    const double guard_mm = options_.coverage_factor * blank_[j].standard_uncertainty_mm;
+    // What is not cut is the blank's own surface, as far as it is known.
+    wanted_mm_[j] =
+        cut_part_[j] * (regions_[region_of_patch_[j]].allowance_mm + guard_mm) - (1 - cut_part_[j]) * guard_mm;
   }
 }
 

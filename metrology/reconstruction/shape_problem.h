@@ -59,8 +59,10 @@ class ShapeProblem {
   Band BandOf(const Eigen::Vector3d& place_mm, const Eigen::Vector3d& normal, std::uint32_t triangle,
               const Eigen::Vector3d& displacement_mm) const;
   void PutWanted();
+  // Of a fixed patch: beyond what it is uncertain by itself.
   double Tube_mm(std::size_t patch) const {
-    return about_machined_[patch] ? std::min(options_.step_mm, options_.fixed_within_mm) : options_.fixed_within_mm;
+    return (about_machined_[patch] ? std::min(options_.step_mm, options_.fixed_within_mm) : options_.fixed_within_mm) +
+           options_.coverage_factor * blank_[patch].standard_uncertainty_mm;
   }
   bool Is(std::size_t patch, RegionKind kind) const {
     return region_of_patch_[patch] < regions_.size() && regions_[region_of_patch_[patch]].kind == kind;

