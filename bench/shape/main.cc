@@ -1,0 +1,298 @@
+// sixpoint-bench-shape: random blanks of plant-a's vane that lack up to 0.969 mm of stock at their edges, each reconstructed or proven not to be
+// possible, judged by surfaces made anew and by Ipopt on a grid; and how quick it is from a million points. Prints one JSON object.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "bench/goals.h"
+#include "bench/shape/blade_blanks.h"
+#include "bench/shape/ipopt_peer.h"
+#include "metrology/reconstruction/shape_problem.h"
+
+namespace sixpoint::bench {
+namespace {
+
+using Eigen::Vector3d;
+using metrology::DesignPlaces;
+using metrology::Reconstruction;
+using metrology::RegionKind;
+using metrology::ShapeOutcome;
+using nlohmann::json;
+
+constexpr int kThreads = 2;
+constexpr double kNoise_mm = 2e-3;       // of a point
+constexpr double kPatchNoise_mm = 3e-4;  // of a patch's mean
+constexpr double kPeerLattice_mm = 4, kPeerGrid_mm = 2.5;
+constexpr double kPeerLongest_s = 400;
+constexpr double kSmallestSlack_mm = 1e-3;  // that Ipopt tells from none
+
+template <typename Work>
+double Seconds(const Work& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+struct Vane {
+  std::shared_ptr<const metrology::Surface> surface;
+  DesignPlaces places, patches, judged, peer;
+};
+
+struct Worst {
+  double allowance_mm = 1e9, beyond_band_mm = 0, fixed_mm = 0, step_mm = 0, kink_rad = 0;
+};
+
+// At places of a finer grid, by a surface made anew; of the truth, which no patch held.
+void Judge(const Vane& vane, const BladeCase& blade, const Reconstruction& made, Worst* worst) {
+  const auto shape = testing::MovedSurface(*vane.surface, *made.deformation);
+  const double blend_mm = BladeOptions().blend_mm;
+  metrology::PlaceGrid fixed(blend_mm);
+  for (const metrology::DesignPlace& place : vane.places.places)
+    if (blade.regions[RegionAt(blade.regions, place.point_mm, place.normal)].kind == RegionKind::kFixed)
+      fixed.Add(place.point_mm, place.normal);
+  for (const testing::BlankPoint& point : testing::BlankPoints(*vane.surface, vane.judged.places, blade.blank)) {
+    const auto& region = blade.regions[RegionAt(blade.regions, point.place_mm, point.normal)];
+    if (region.kind == RegionKind::kDatum) continue;
+    const double distance_mm = shape->Closest(point.point_mm).signed_distance_mm;
+    const Vector3d moved_mm = point.place_mm + *made.deformation->DisplacementAt(point.place_mm);
+    const metrology::SurfacePoint off = vane.surface->Closest(moved_mm);
+    if (off.normal.dot(point.normal) > 0.5)
+      worst->beyond_band_mm = std::max(
+          {worst->beyond_band_mm, region.lower_mm - off.signed_distance_mm, off.signed_distance_mm - region.upper_mm});
+    if (region.kind == RegionKind::kFixed) {
+      worst->fixed_mm = std::max(worst->fixed_mm, std::abs(distance_mm));
+    } else if (!fixed.Has(point.place_mm, point.normal, 0)) {
+      worst->allowance_mm = std::min(worst->allowance_mm, distance_mm - region.allowance_mm);
+    } else {
+      // In the strip the allowance rises from none.
+      worst->allowance_mm = std::min(worst->allowance_mm, distance_mm + 0.002);
+    }
+  }
+  worst->step_mm = std::max(worst->step_mm, made.worst_step_mm);
+  worst->kink_rad = std::max(worst->kink_rad, made.worst_kink_rad);
+}
+
+// Whether Ipopt says the same, on a grid and lattice of its own.
+std::optional<PeerAnswer> AskPeer(const Vane& vane, const BladeCase& blade) {
+  std::mt19937_64 none(1);
+  const auto blank =
+      testing::Measured(testing::BlankPoints(*vane.surface, vane.peer.places, blade.blank), 0, false, &none);
+  metrology::ReconstructionOptions options = BladeOptions();
+  options.patch_mm = kPeerGrid_mm;
+  const auto region_of = AssignRegions(vane.peer, blade.regions);
+  if (!region_of.ok()) return std::nullopt;
+  metrology::ShapeProblem problem(vane.peer, blank, blade.regions, *region_of, options);
+  problem.LookAt(nullptr);
+  const auto lattice = problem.LatticeOf(kPeerLattice_mm);
+  const auto still = metrology::FreeFormDeformation::Still(lattice, problem.CoveredOf(lattice));
+  auto limits = problem.Limits(*still, 0);
+  limits.erase(
+      std::remove_if(limits.begin(), limits.end(),
+                     [](const auto& limit) { return std::isinf(limit.least_mm) && std::isinf(limit.most_mm); }),
+      limits.end());
+  return SolveByIpopt(*still, limits, options.stiffness_mm2, options.decay_mm, kPeerLongest_s);
+}
+
+struct Tally {
+  int solved = 0, proven = 0, other = 0, agreed = 0, disagreed = 0, unanswered = 0;
+  Worst worst;
+  double least_relaxation_mm = 1e9, widest_gap_mm = 0;
+  std::vector<double> ours_s, peers_s;
+};
+
+void RunCase(const Vane& vane, std::uint64_t seed, bool ask_peer, Tally* tally) {
+  const BladeCase blade = RandomCase(*vane.surface, seed);
+  std::mt19937_64 random(seed);
+  const auto blank = testing::Measured(testing::BlankPoints(*vane.surface, vane.patches.places, blade.blank),
+                                       kPatchNoise_mm, seed % 2 == 1, &random);
+  absl::StatusOr<Reconstruction> made = absl::InternalError("");
+  const double ours_s = Seconds([&] { made = ReconstructShape(vane.places, blank, blade.regions, BladeOptions()); });
+  std::printf("%2d: lacks %.3f, band %.3f: ", static_cast<int>(seed), blade.lacking_mm, blade.regions[2].lower_mm);
+  if (!made.ok()) {
+    ++tally->other;
+    std::printf("%s (%.2f s)\n", std::string(made.status().message()).c_str(), ours_s);
+    return;
+  }
+  bool possible = false;
+  if (made->outcome == ShapeOutcome::kReconstructed) {
+    possible = true;
+    ++tally->solved;
+    tally->ours_s.push_back(ours_s);
+    Worst worst;
+    Judge(vane, blade, *made, &worst);
+    std::printf(
+        "solved, %.2f s, %g mm, %d passes, %zu controls; allowance %.2f, band %.2f, fixed %.2f, step %.2f um, kink "
+        "%.3f deg",
+        ours_s, made->spacing_mm, made->pass_count, made->control_count, 1e3 * worst.allowance_mm,
+        1e3 * worst.beyond_band_mm, 1e3 * worst.fixed_mm, 1e3 * worst.step_mm, worst.kink_rad * 57.29578);
+    Worst& all = tally->worst;
+    all = {std::min(all.allowance_mm, worst.allowance_mm), std::max(all.beyond_band_mm, worst.beyond_band_mm),
+           std::max(all.fixed_mm, worst.fixed_mm), std::max(all.step_mm, worst.step_mm),
+           std::max(all.kink_rad, worst.kink_rad)};
+  } else if (made->outcome == ShapeOutcome::kInfeasible) {
+    ++tally->proven;
+    const auto& proof = *made->proof;
+    std::printf("proven, %.2f s, %s%zu places", ours_s, proof.of_any_shape ? "of any shape, " : "",
+                proof.conflicts.size());
+    {
+      const auto& worst = proof.conflicts[0];
+      std::printf(" (%s at %.2f %.2f %.2f looking to %.2f %.2f %.2f)", blade.regions[worst.region].name.c_str(),
+                  worst.place_mm.x(), worst.place_mm.y(), worst.place_mm.z(), worst.normal.x(), worst.normal.y(),
+                  worst.normal.z());
+    }
+    if (proof.stock) {
+      std::printf(", stock %.1f to %.1f um", 1e3 * proof.stock->at_least_mm, 1e3 * proof.stock->at_most_mm);
+      tally->least_relaxation_mm = std::min(tally->least_relaxation_mm, proof.stock->at_least_mm);
+      tally->widest_gap_mm = std::max(tally->widest_gap_mm, proof.stock->at_most_mm - proof.stock->at_least_mm);
+    }
+    if (proof.tolerance)
+      std::printf(", tolerance %.1f to %.1f um", 1e3 * proof.tolerance->at_least_mm, 1e3 * proof.tolerance->at_most_mm);
+  } else {
+    ++tally->other;
+    std::printf("%s", made->remark.c_str());
+  }
+  if (ask_peer && made->outcome != ShapeOutcome::kNotDetermined) {
+    const auto peer = AskPeer(vane, blade);
+    if (!peer) {
+      ++tally->unanswered;
+      std::printf("; Ipopt gave up");
+    } else {
+      ++(possible == (peer->slack_mm < kSmallestSlack_mm) ? tally->agreed : tally->disagreed);
+      if (possible) tally->peers_s.push_back(peer->seconds);
+      std::printf("; Ipopt %.1f um of slack, %d steps, %.1f s", 1e3 * peer->slack_mm, peer->iterations, peer->seconds);
+    }
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+// A cloud, evenly over the blank, line by line; with the direction in which its surface looks.
+void Cloud(const Vane& vane, const BladeCase& blade, std::size_t count, metrology::Points* points,
+           metrology::Points* outward) {
+  const auto known = testing::BlankPoints(*vane.surface, vane.judged.places, blade.blank);
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0, kNoise_mm);
+  std::uniform_real_distribution<double> unit(-0.5, 0.5);
+  for (std::size_t i = 0; i < count; ++i) {
+    const testing::BlankPoint& about = known[i * known.size() / count];
+    const Vector3d one = about.normal.unitOrthogonal(), other = about.normal.cross(one);
+    const auto on =
+        vane.surface->Closest(about.place_mm + vane.judged.spacing_mm * (unit(random) * one + unit(random) * other));
+    points->push_back(blade.blank(on.point_mm, on.normal) + noise(random) * about.outward);
+    outward->push_back(about.outward);
+  }
+}
+
+void FromPoints(const Vane& vane, std::size_t count, json* figures) {
+  std::uint64_t seed = 0;
+  BladeCase blade = RandomCase(*vane.surface, seed);
+  while (blade.lacking_mm < 0.8 || blade.regions[2].lower_mm > -1.2) blade = RandomCase(*vane.surface, ++seed);
+  metrology::Points points, outward;
+  Cloud(vane, blade, count, &points, &outward);
+  vane.surface->PrepareNear(kThreads);
+  const auto patches = metrology::SurfacePatches::Make(*vane.surface, BladeOptions().patch_mm);
+  std::vector<double> pass_s, gather_s, made_s;
+  std::string said = "failed";
+  for (int run = 0; run < 3; ++run) {
+    std::vector<double> distances_mm;
+    pass_s.push_back(Seconds([&] { vane.surface->SignedDistances(points, 1.5, kThreads, &distances_mm); }));
+    absl::StatusOr<std::vector<metrology::BlankPatch>> blank = absl::InternalError("");
+    gather_s.push_back(Seconds([&] {
+      blank = GatherBlank(*vane.surface, *patches, points, outward, {kThreads, 1.5, 8});
+    }));
+    if (!blank.ok()) return;
+    absl::StatusOr<Reconstruction> made = absl::InternalError("");
+    made_s.push_back(Seconds([&] { made = ReconstructShape(vane.places, *blank, blade.regions, BladeOptions()); }));
+    said = !made.ok()                                      ? std::string(made.status().message())
+           : made->outcome == ShapeOutcome::kReconstructed ? "solved"
+                                                           : made->remark;
+  }
+  for (auto* times : {&pass_s, &gather_s, &made_s}) std::sort(times->begin(), times->end());
+  const double passes = (gather_s[1] + made_s[1]) / pass_s[1];
+  std::printf("%zu points, case %d: %s; distances %.3f s, patches %.3f s, shape %.3f s (medians of 3): %.1f passes\n",
+              count, static_cast<int>(seed), said.c_str(), pass_s[1], gather_s[1], made_s[1], passes);
+  (*figures)["reconstruct_over_distance_passes"] = passes;
+  (*figures)["reconstruct_s"] = gather_s[1] + made_s[1];
+  (*figures)["distance_pass_s"] = pass_s[1];
+}
+
+double MedianOf(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+std::vector<Goal> Goals() {
+  constexpr auto kAlways = Goal::Counts::kAlways;
+  constexpr auto kInFull = Goal::Counts::kInFull;
+  constexpr auto kNone = std::nullopt;
+  return {
+      {"cases", "edge_allowance_min_um", "least stock beyond the allowance, of the truth, um", -0.5, kNone, kAlways},
+      {"cases", "tolerance_exceeded_um", "beyond a profile band, um", kNone, 0, kAlways},
+      {"cases", "fixed_moved_um", "fixed surface off the blank, um", kNone, 5, kAlways},
+      {"cases", "transition_step_um", "step beside machined regions, um", kNone, 2, kAlways},
+      {"cases", "transition_kink_deg", "kink there, deg", kNone, 0.1, kAlways},
+      {"cases", "neither_solved_nor_proven", "blanks neither solved nor proven", kNone, 0, kAlways},
+      {"peer", "peer_disagrees", "blanks of which Ipopt says otherwise", kNone, 0, kAlways},
+      {"peer", "times_faster_than_peer", "times faster than Ipopt", 10, kNone, kInFull},
+      {"points", "reconstruct_over_distance_passes", "from a million points, in passes of distances", kNone, 20,
+       kInFull}};
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app("Shapes that blanks contain");
+  std::string shared = "../shared";
+  int blanks = 50, peers = 50, first = 0;
+  std::size_t count = 1'000'000;
+  app.add_option("--shared", shared);
+  app.add_option("--blanks", blanks);
+  app.add_option("--first", first);
+  app.add_option("--peers", peers, "Of how many of them Ipopt is asked");
+  app.add_option("--points", count);
+  CLI11_PARSE(app, argc, argv);
+  Vane vane;
+  vane.surface = LoadVane(shared + "/data/plant-a/cad.step");
+  if (vane.surface == nullptr) {
+    std::printf("SKIPPED: no plant-a under %s\n{\"bench\": \"shape\", \"figures\": {}}\n", shared.c_str());
+    return 0;
+  }
+  vane.places = *SampleDesign(vane.surface, 0.3, kThreads);
+  vane.patches = *SampleDesign(vane.surface, BladeOptions().patch_mm, kThreads);
+  vane.judged = *SampleDesign(vane.surface, 0.26, kThreads);
+  vane.peer = *SampleDesign(vane.surface, kPeerGrid_mm, kThreads);
+  Tally tally;
+  for (int i = first; i < first + blanks; ++i) RunCase(vane, static_cast<std::uint64_t>(i), i - first < peers, &tally);
+  json figures;
+  figures["edge_allowance_min_um"] = 1e3 * tally.worst.allowance_mm;
+  figures["tolerance_exceeded_um"] = 1e3 * tally.worst.beyond_band_mm;
+  figures["fixed_moved_um"] = 1e3 * tally.worst.fixed_mm;
+  figures["transition_step_um"] = 1e3 * tally.worst.step_mm;
+  figures["transition_kink_deg"] = tally.worst.kink_rad * 57.29578;
+  figures["solved"] = tally.solved;
+  figures["proven"] = tally.proven;
+  figures["neither_solved_nor_proven"] = tally.other;
+  figures["peer_agrees"] = tally.agreed;
+  figures["peer_disagrees"] = tally.disagreed;
+  figures["peer_gave_up"] = tally.unanswered;
+  figures["reconstruct_blank_s"] = MedianOf(tally.ours_s);
+  figures["peer_s"] = MedianOf(tally.peers_s);
+  if (!tally.ours_s.empty() && !tally.peers_s.empty())
+    figures["times_faster_than_peer"] = MedianOf(tally.peers_s) / MedianOf(tally.ours_s);
+  if (count > 0) FromPoints(vane, count, &figures);
+  GoalRun run;
+  run.parts = {"cases"};
+  if (peers > 0) run.parts.push_back("peer");
+  if (count > 0) run.parts.push_back("points");
+  run.full = blanks >= 50 && count >= 1'000'000;
+  const int missed = PrintGoals(Goals(), run, figures);
+  std::printf("%s\n", json({{"bench", "shape"}, {"figures", figures}}).dump().c_str());
+  return missed > 0 ? 1 : 0;
+}
+
+}  // namespace
+}  // namespace sixpoint::bench
+
+int main(int argc, char** argv) { return sixpoint::bench::Main(argc, argv); }

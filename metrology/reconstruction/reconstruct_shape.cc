@@ -1,0 +1,287 @@
+#include "metrology/reconstruction/reconstruct_shape.h"
+
+#include <absl/status/status.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "metrology/reconstruction/shape_proof.h"
+#include "refusal/message_text.h"
+#include "refusal/refusal.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+constexpr double kFirmness = 1e-8;
+// Free of all limits, fixed surface that is missed by so much more than it may be wants a finer lattice, whatever the limits do.
+constexpr double kHopeless = 10;
+constexpr double kBetter = 0.7;  // of what was lacking: three passes after another that leave more bring no end
+
+absl::Status CheckOptions(const ReconstructionOptions& options) {
+  Refusals refusals;
+  const auto want = [&](const std::string& name, double value, double least, double most) {
+    if (!(value >= least && value <= most))
+      refusals.Add(Refuse("options." + name, value, NumberText(least) + " to " + NumberText(most)));
+  };
+  want("coverage_factor", options.coverage_factor, 0, 10);
+  want("fixed_within_mm", options.fixed_within_mm, 1e-4, 1);
+  want("step_mm", options.step_mm, 1e-4, 1);
+  want("kink_rad", options.kink_rad, 1e-5, 1);
+  want("datum_within_mm", options.datum_within_mm, 1e-4, 1);
+  want("blend_mm", options.blend_mm, 0, 50);
+  want("finest_spacing_mm", options.finest_spacing_mm, 0.1, 100);
+  want("coarsest_spacing_mm", options.coarsest_spacing_mm, options.finest_spacing_mm, 100);
+  want("reach_mm", options.reach_mm, 0.1, 50);
+  want("patch_mm", options.patch_mm, 0.05, 20);
+  want("least_seen_part", options.least_seen_part, 0, 1);
+  want("greatest_stock_mm", options.greatest_stock_mm, 0.01, 50);
+  want("threshold_mm", options.threshold_mm, 1e-5, 0.1);
+  want("margin_mm", options.margin_mm, 0, options.datum_within_mm);
+  want("stiffness_mm2", options.stiffness_mm2, 1e-8, 1e4);
+  want("decay_mm", options.decay_mm, 0.1, 1e4);
+  want("most_passes", options.most_passes, 1, 100);
+  return refusals.status();
+}
+
+absl::Status CheckBlank(const std::vector<BlankPatch>& blank) {
+  if (blank.empty()) return Refuse("blank", "no patch", "at least one");
+  for (std::size_t j = 0; j < blank.size(); ++j) {
+    const BlankPatch& patch = blank[j];
+    if (!patch.point_mm.allFinite() || !(std::abs(patch.normal.norm() - 1) < 1e-6) ||
+        !(patch.standard_uncertainty_mm >= 0 && patch.standard_uncertainty_mm < 10))
+      return Refuse("blank[" + std::to_string(j) + "]", "not finite, no unit normal, or an uncertainty out of range",
+                    "a point, a unit normal, and 0 to 10 mm");
+  }
+  return absl::OkStatus();
+}
+
+const char* NameOf(LimitKind kind) {
+  switch (kind) {
+    case LimitKind::kStock:
+      return "stock";
+    case LimitKind::kTolerance:
+      return "tolerance";
+    case LimitKind::kFixed:
+      return "following";
+    case LimitKind::kDatum:
+      return "datum";
+  }
+  return "";
+}
+
+// One lattice with what it is asked.
+struct Level {
+  FreeFormDeformation still;
+  LatticeSystem system;
+};
+
+class Search {
+ public:
+  Search(const DesignPlaces& design, const std::vector<BlankPatch>& blank, const std::vector<ShapeRegion>& regions,
+         std::vector<std::uint8_t> region_of, const ReconstructionOptions& options)
+      : regions_(regions), options_(options), problem_(design, blank, regions, std::move(region_of), options) {}
+
+  absl::StatusOr<Reconstruction> Run() {
+    problem_.LookAt(nullptr);
+    result_.regions = problem_.Findings();
+    contradicts_ = !problem_.Contradictions().empty();
+    std::vector<double> spacings_mm;
+    for (double h = options_.coarsest_spacing_mm; h >= options_.finest_spacing_mm * (1 - 1e-9); h /= 2)
+      spacings_mm.push_back(h);
+    // What no lattice can do is shown on the finest.
+    for (std::size_t k = contradicts_ ? spacings_mm.size() - 1 : 0; k < spacings_mm.size(); ++k) {
+      const bool is_last = k + 1 == spacings_mm.size();
+      auto level = Prepared(spacings_mm[k]);
+      if (!level.ok()) return level.status();
+      if (!is_last && IsHopeless(*level)) continue;
+      const absl::StatusOr<bool> found = Passes(*level, is_last);
+      if (!found.ok()) return found.status();
+      if (*found) {
+        problem_.Transition(&result_.worst_step_mm, &result_.worst_kink_rad);
+        if (result_.worst_kink_rad <= options_.kink_rad) return Found();
+        if (is_last)
+          return TooCoarse("the transition kinks by " + Rounded(result_.worst_kink_rad * 180 / M_PI) + " deg");
+        continue;
+      }
+      if (is_last) return NotFound(*level);
+    }
+    return absl::InternalError("no lattice");
+  }
+
+ private:
+  absl::StatusOr<Level> Prepared(double spacing_mm) {
+    const ControlLattice lattice = problem_.LatticeOf(spacing_mm);
+    std::vector<std::uint8_t> covered = problem_.CoveredOf(lattice);
+    auto still = FreeFormDeformation::Still(lattice, covered);
+    if (!still.ok()) return Under("options.", still.status());
+    Level level{*std::move(still), LatticeSystem(lattice, std::move(covered))};
+    level.system.AddEnergy(options_.stiffness_mm2, options_.decay_mm);
+    problem_.LookAt(nullptr);
+    problem_.AddPulls(level.still, &level.system);
+    if (!level.system.Factor()) return absl::InternalError("the lattice's matrix is not positive definite");
+    ++result_.level_count;
+    result_.spacing_mm = spacing_mm;
+    result_.control_count = static_cast<std::size_t>(level.system.size());
+    return level;
+  }
+
+  bool IsHopeless(const Level& level) const {
+    const auto limits = problem_.Limits(level.still, options_.margin_mm);
+    const ControlDisplacements free_mm = level.system.Moved(Eigen::MatrixXd::Zero(level.system.size(), 3));
+    const auto misses = MissesOf(level.still.lattice(), free_mm, limits, options_.threads);
+    for (std::size_t i = 0; i < limits.size(); ++i)
+      if (limits[i].most_kind == LimitKind::kFixed &&
+          std::max(misses[i].least_mm, misses[i].most_mm) > kHopeless * options_.fixed_within_mm)
+        return true;
+    return false;
+  }
+
+  // True where all is kept. Each pass minds the limits to first order about the one before.
+  absl::StatusOr<bool> Passes(const Level& level, bool is_last) {
+    SlackRule rule;
+    rule.compliance.fill(kFirmness);
+    const double bearable_mm = Bearable_mm();
+    if (!is_last) rule.enough_mm = 10 * bearable_mm;
+    std::vector<LimitPush> held;
+    double last_mm = std::numeric_limits<double>::infinity();
+    int worse_count = 0;
+    for (int pass = 0; pass < options_.most_passes; ++pass) {
+      limits_ = problem_.Limits(level.still, options_.margin_mm);
+      auto solved = SolveLimited(level.system, limits_, rule, held, options_.threads, options_.keep_going);
+      if (!solved.ok()) return solved.status();
+      ++result_.pass_count;
+      held = solved->pushes;
+      if (pass == 0) first_ = *solved;
+      const bool is_missed = solved->slack_mm[0] > bearable_mm;
+      if (!is_last && is_missed) return false;
+      auto moved =
+          FreeFormDeformation::Make(level.still.lattice(), std::move(solved->controls_mm), level.still.covered());
+      if (!moved.ok()) return moved.status();
+      deformation_ = *std::move(moved);
+      pushes_ = held;
+      problem_.LookAt(&*deformation_);
+      misses_ = problem_.Misses();
+      const double most_mm = misses_.Most();
+      if (most_mm <= options_.threshold_mm) return true;
+      // Of limits that contradict, only passes that gain are worth another.
+      if (is_missed && (contradicts_ || most_mm > last_mm)) return false;
+      worse_count = most_mm > kBetter * last_mm ? worse_count + 1 : 0;
+      if (worse_count == 3) return false;
+      last_mm = most_mm;
+    }
+    return false;
+  }
+
+  // Slack that margins and the threshold cover.
+  double Bearable_mm() const { return options_.margin_mm / 2 + options_.threshold_mm; }
+
+  absl::Status TooCoarse(const std::string& what) const {
+    return Refuse("options.finest_spacing_mm", Rounded(result_.spacing_mm) + " mm is too coarse: " + what,
+                  "a finer lattice");
+  }
+
+  // Which regions were seen too little to say anything.
+  std::string Unseen() const {
+    std::string unseen;
+    for (std::size_t r = 0; r < regions_.size(); ++r) {
+      if (regions_[r].kind == RegionKind::kDatum || result_.regions[r].seen_part >= options_.least_seen_part) continue;
+      unseen +=
+          (unseen.empty() ? "" : ", ") + Rounded(100 * result_.regions[r].seen_part) + " % of " + regions_[r].name;
+    }
+    return unseen;
+  }
+
+  absl::StatusOr<Reconstruction> Found() {
+    result_.regions = problem_.Findings();
+    double all = 0;
+    for (const LimitPush& push : pushes_) all += push.force;
+    for (const LimitPush& push : pushes_) {
+      result_.holding.push_back(problem_.PlaceOf(push.limit, push.most, limits_));
+      result_.holding.back().share = push.force / all;
+    }
+    std::stable_sort(result_.holding.begin(), result_.holding.end(),
+                     [](const HoldingPlace& one, const HoldingPlace& other) { return one.share > other.share; });
+    if (const std::string unseen = Unseen(); !unseen.empty()) {
+      result_.outcome = ShapeOutcome::kNotDetermined;
+      result_.remark = "nothing is known of stock that was not seen: seen " + unseen + ", want at least " +
+                       Rounded(100 * options_.least_seen_part) + " % of each machined or fixed region";
+      return result_;
+    }
+    result_.outcome = ShapeOutcome::kReconstructed;
+    result_.deformation = std::move(deformation_);
+    return result_;
+  }
+
+  absl::StatusOr<Reconstruction> NotFound(const Level& level) {
+    if (deformation_) result_.regions = problem_.Findings();
+    const ShapeMisses misses = misses_;
+    problem_.LookAt(nullptr);
+    result_.proof = ProveAtPlaces(problem_, level.still);
+    const std::vector<DisplacementLimit> limits = problem_.Limits(level.still, 0);
+    if (!result_.proof) {
+      const absl::StatusOr<Coarseness> coarse = CoarsenessOf(problem_, level.system, limits, options_);
+      if (!coarse.ok()) return coarse.status();
+      if (coarse->missed_mm > options_.threshold_mm)
+        return TooCoarse("region " + regions_[coarse->place.region].name + " is missed by " +
+                         Rounded(1e3 * coarse->missed_mm) + " um");
+      result_.proof = ProveOnLattice(problem_, level.still, limits, first_.pushes);
+    }
+    if (result_.proof) {
+      for (const LimitKind kind : {LimitKind::kTolerance, LimitKind::kStock}) {
+        auto relaxed = Relax(level.system, limits, kind, KnownLack(kind), result_.proof->control_reach_mm, options_);
+        if (!relaxed.ok()) return relaxed.status();
+        (kind == LimitKind::kTolerance ? result_.proof->tolerance : result_.proof->stock) = *std::move(relaxed);
+      }
+      result_.outcome = ShapeOutcome::kInfeasible;
+      result_.remark = result_.proof->of_any_shape
+                           ? "the blank does not contain the part within its tolerance, whatever its shape"
+                           : "no shape of this lattice is contained within tolerance; a finer one may have one";
+      return result_;
+    }
+    std::size_t kind = 0;
+    for (std::size_t k = 1; k < kLimitKinds; ++k)
+      if (misses.missed_mm[k] > misses.missed_mm[kind]) kind = k;
+    const std::string what = std::string(NameOf(static_cast<LimitKind>(kind))) + " of region " +
+                             regions_[misses.region[kind]].name + " is missed by " +
+                             Rounded(1e3 * misses.missed_mm[kind]) + " um";
+    // Where no place contradicts itself, cells that are small enough have a shape.
+    if (first_.slack_mm[0] > Bearable_mm()) return TooCoarse(what);
+    result_.outcome = ShapeOutcome::kNotDetermined;
+    result_.remark = "neither a shape nor a proof was found: " + what;
+    return result_;
+  }
+
+  // What the worst place lacks by itself, of one kind.
+  double KnownLack(LimitKind kind) const {
+    for (const auto& [lacking_mm, patch] : problem_.Contradictions())
+      if (kind == LimitKind::kTolerance || problem_.IsMachined(patch)) return lacking_mm;
+    return 0;
+  }
+
+  const std::vector<ShapeRegion>& regions_;
+  const ReconstructionOptions& options_;
+  ShapeProblem problem_;
+  Reconstruction result_;
+  std::optional<FreeFormDeformation> deformation_;  // of the last pass
+  std::vector<DisplacementLimit> limits_;
+  bool contradicts_ = false;  // at single places
+  LimitedLattice first_;
+  std::vector<LimitPush> pushes_;
+  ShapeMisses misses_;
+};
+
+}  // namespace
+
+absl::StatusOr<Reconstruction> ReconstructShape(const DesignPlaces& design, const std::vector<BlankPatch>& blank,
+                                                const std::vector<ShapeRegion>& regions,
+                                                const ReconstructionOptions& options) {
+  Refusals refusals;
+  refusals.Add(CheckRegions(regions)).Add(CheckOptions(options)).Add(CheckBlank(blank));
+  if (design.surface == nullptr || design.places.empty()) refusals.Add(Refuse("design", "no place", "SampleDesign's"));
+  if (!refusals.status().ok()) return refusals.status();
+  auto region_of = AssignRegions(design, regions);
+  if (!region_of.ok()) return region_of.status();
+  return Search(design, blank, regions, *std::move(region_of), options).Run();
+}
+
+}  // namespace sixpoint::metrology

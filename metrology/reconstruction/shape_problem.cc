@@ -1,0 +1,257 @@
+#include "metrology/reconstruction/shape_problem.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "metrology/parallel/loops.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::size_t kChunk = 512;
+constexpr double kDatumPull = 10;     // on a square millimetre of datum, beside 1 of fixed surface
+constexpr double kBesidePatches = 4;  // so near a machined place, the blank's fixed surface is beside the cut
+constexpr double kBesidePull = 30;    // beside the cut, where a slope shows, as much firmer
+constexpr double kUncut = 0.25;       // of the strip beside fixed surface: there the shape is the blank's own
+constexpr double kTiny_mm = 1e-5;     // off the design: too little to have a direction
+constexpr double kSameWall = 0.5;     // cosine
+
+// 0 to 1 with two derivatives of 0 at both ends.
+double SmoothStep(double t) {
+  t = std::clamp(t, 0.0, 1.0);
+  return t * t * t * (10 + t * (6 * t - 15));
+}
+
+}  // namespace
+
+ShapeProblem::ShapeProblem(const DesignPlaces& design, const std::vector<BlankPatch>& blank,
+                           const std::vector<ShapeRegion>& regions, std::vector<std::uint8_t> region_of,
+                           const ReconstructionOptions& options)
+    : design_(design),
+      blank_(blank),
+      regions_(regions),
+      region_of_(std::move(region_of)),
+      options_(options),
+      fixed_places_(std::max(options.blend_mm, design.spacing_mm)),
+      machined_places_(kBesidePatches * options.patch_mm) {
+  for (std::size_t i = 0; i < design_.places.size(); ++i) {
+    const DesignPlace& place = design_.places[i];
+    const RegionKind kind = regions_[region_of_[i]].kind;
+    if (kind == RegionKind::kFixed) fixed_places_.Add(place.point_mm, place.normal);
+    if (kind == RegionKind::kMachined) machined_places_.Add(place.point_mm, place.normal);
+  }
+  feet_.resize(blank_.size());
+  region_of_patch_.assign(blank_.size(), regions_.size());
+  about_machined_.assign(blank_.size(), false);
+}
+
+ControlLattice ShapeProblem::LatticeOf(double spacing_mm) const {
+  const Vector3d reach = Vector3d::Constant(options_.reach_mm);
+  const Vector3d least_mm = design_.surface->minimum_mm() - reach, most_mm = design_.surface->maximum_mm() + reach;
+  ControlLattice lattice;
+  lattice.spacing_mm.setConstant(spacing_mm);
+  for (int axis = 0; axis < 3; ++axis)
+    lattice.cells[static_cast<std::size_t>(axis)] =
+        std::max(1, static_cast<int>(std::ceil((most_mm[axis] - least_mm[axis]) / spacing_mm)));
+  const Vector3d size_mm = spacing_mm * Vector3d(lattice.cells[0], lattice.cells[1], lattice.cells[2]);
+  lattice.corner_mm = (least_mm + most_mm - size_mm) / 2;
+  return lattice;
+}
+
+std::vector<std::uint8_t> ShapeProblem::CoveredOf(const ControlLattice& lattice) const {
+  std::vector<std::uint8_t> covered(lattice.cell_count(), 0);
+  const double reach_mm = options_.reach_mm;
+  for (const DesignPlace& place : design_.places) {
+    std::array<int, 3> first = {}, last = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      const double at = place.point_mm[axis] - lattice.corner_mm[axis], h = lattice.spacing_mm[axis];
+      first[a] = std::clamp(static_cast<int>(std::floor((at - reach_mm) / h)), 0, lattice.cells[a] - 1);
+      last[a] = std::clamp(static_cast<int>(std::floor((at + reach_mm) / h)), 0, lattice.cells[a] - 1);
+    }
+    for (int x = first[0]; x <= last[0]; ++x)
+      for (int y = first[1]; y <= last[1]; ++y)
+        for (int z = first[2]; z <= last[2]; ++z) covered[lattice.CellIndex(x, y, z)] = 1;
+  }
+  return covered;
+}
+
+void ShapeProblem::AddPulls(const FreeFormDeformation& still, LatticeSystem* system) const {
+  const double weight = options_.patch_mm * options_.patch_mm;
+  for (std::size_t j = 0; j < blank_.size(); ++j)
+    if (Is(j, RegionKind::kFixed) && first_feet_[j])
+      if (const auto at = still.WeightsAt(first_feet_[j]->place_mm))
+        system->AddPull(*at, (about_machined_[j] ? kBesidePull : 1) * weight,
+                        first_feet_[j]->distance_mm * first_feet_[j]->design_normal);
+  for (std::size_t i = 0; i < design_.places.size(); ++i)
+    if (regions_[region_of_[i]].kind == RegionKind::kDatum)
+      if (const auto at = still.WeightsAt(design_.places[i].point_mm))
+        system->AddPull(*at, kDatumPull * design_.places[i].area_mm2, Vector3d::Zero());
+}
+
+ShapeProblem::Band ShapeProblem::BandOf(const Vector3d& place_mm, const Vector3d& normal, std::uint32_t triangle,
+                                        const Vector3d& displacement_mm) const {
+  Band band{normal, displacement_mm, normal.dot(displacement_mm)};
+  if (displacement_mm.squaredNorm() == 0) return band;
+  const Vector3d moved_mm = place_mm + displacement_mm;
+  const SurfacePoint found = design_.surface->Closest(moved_mm, triangle);
+  // Nearer to another wall than to its own: then the way along its own normal counts.
+  if (!(found.normal.dot(normal) > kSameWall)) return band;
+  band.off_mm = found.signed_distance_mm;
+  if (found.feature == SurfaceFeature::kFace)
+    band.direction = found.normal;
+  else if (std::abs(band.off_mm) > kTiny_mm)
+    band.direction = (moved_mm - found.point_mm) / band.off_mm;
+  return band;
+}
+
+void ShapeProblem::LookAt(const FreeFormDeformation* deformation) {
+  const auto displacement = [&](const Vector3d& place_mm) -> Vector3d {
+    if (deformation == nullptr) return Vector3d::Zero();
+    return deformation->DisplacementAt(place_mm).value_or(Vector3d::Zero());
+  };
+  if (deformation == nullptr) {
+    feet_.assign(blank_.size(), std::nullopt);
+    region_of_patch_.assign(blank_.size(), regions_.size());
+  }
+  bands_.resize(design_.places.size());
+  ForEachChunk(bands_.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const DesignPlace& place = design_.places[i];
+      bands_[i] = BandOf(place.point_mm, place.normal, place.triangle, displacement(place.point_mm));
+    }
+  });
+  patch_bands_.resize(blank_.size());
+  ForEachChunk(blank_.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t j = begin; j < end; ++j) {
+      const BlankPatch& patch = blank_[j];
+      feet_[j] = FootOf(*design_.surface, deformation, patch.point_mm, patch.normal, options_.greatest_stock_mm,
+                        feet_[j] ? &*feet_[j] : nullptr);
+      if (!feet_[j]) continue;
+      patch_bands_[j] =
+          BandOf(feet_[j]->place_mm, feet_[j]->design_normal, feet_[j]->triangle, feet_[j]->displacement_mm);
+    }
+  });
+  for (std::size_t j = 0; j < blank_.size(); ++j) {
+    if (!feet_[j]) continue;
+    // What was fixed stays it; a machined patch may slide along.
+    if (Is(j, RegionKind::kFixed)) continue;
+    region_of_patch_[j] = RegionAt(regions_, feet_[j]->place_mm, feet_[j]->design_normal);
+    if (Is(j, RegionKind::kFixed) && deformation != nullptr) region_of_patch_[j] = regions_.size();
+  }
+  if (deformation == nullptr) {
+    first_feet_ = feet_;
+    for (std::size_t j = 0; j < blank_.size(); ++j)
+      about_machined_[j] =
+          Is(j, RegionKind::kFixed) && machined_places_.Has(feet_[j]->place_mm, feet_[j]->design_normal, 0);
+  }
+  PutWanted();
+}
+
+void ShapeProblem::PutWanted() {
+  wanted_mm_.assign(blank_.size(), 0);
+  cut_part_.assign(blank_.size(), 1);
+  for (std::size_t j = 0; j < blank_.size(); ++j) {
+    if (!feet_[j] || !Is(j, RegionKind::kMachined)) continue;
+    if (options_.blend_mm > 0) {
+      const double from_fixed_mm = fixed_places_.Nearest(feet_[j]->place_mm, feet_[j]->design_normal, 0);
+      cut_part_[j] = SmoothStep((from_fixed_mm / options_.blend_mm - kUncut) / (1 - kUncut));
+    }
+    const double guard_mm = options_.coverage_factor * blank_[j].standard_uncertainty_mm;
+    // What is not cut is the blank's own surface, as far as it is known.
+    wanted_mm_[j] =
+        cut_part_[j] * (regions_[region_of_patch_[j]].allowance_mm + guard_mm) - (1 - cut_part_[j]) * guard_mm;
+  }
+}
+
+std::vector<DisplacementLimit> ShapeProblem::Limits(const FreeFormDeformation& still, double margin_mm) const {
+  std::vector<DisplacementLimit> limits(design_.places.size() + 2 * blank_.size());
+  const LatticeWeights anywhere = *still.WeightsAt(design_.places[0].point_mm);
+  const auto band_limit = [&](const Band& band, const ShapeRegion& region, DisplacementLimit* limit) {
+    limit->direction = band.direction;
+    const double now_mm = band.direction.dot(band.displacement_mm) - band.off_mm;
+    if (region.kind == RegionKind::kDatum) {
+      limit->least_kind = limit->most_kind = LimitKind::kDatum;
+      limit->least_mm = now_mm - options_.datum_within_mm + margin_mm / 2;
+      limit->most_mm = now_mm + options_.datum_within_mm - margin_mm / 2;
+      return;
+    }
+    limit->least_mm = now_mm + region.lower_mm + margin_mm;
+    limit->most_mm = now_mm + region.upper_mm - margin_mm;
+  };
+  ForEachChunk(design_.places.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      limits[i].at = still.WeightsAt(design_.places[i].point_mm).value_or(anywhere);
+      band_limit(bands_[i], regions_[region_of_[i]], &limits[i]);
+    }
+  });
+  for (std::size_t j = 0; j < blank_.size(); ++j) {
+    DisplacementLimit& own = limits[PatchLimit(j)];
+    DisplacementLimit& band = limits[BandLimit(j)];
+    own.at = band.at = anywhere;
+    const bool is_fixed = Is(j, RegionKind::kFixed);
+    const std::optional<SurfaceFoot>& foot = is_fixed ? first_feet_[j] : feet_[j];
+    if (!foot || region_of_patch_[j] == regions_.size()) continue;
+    const auto at = still.WeightsAt(foot->place_mm);
+    if (!at) continue;
+    own.at = band.at = *at;
+    const ShapeRegion& region = regions_[region_of_patch_[j]];
+    if (is_fixed) {
+      own.direction = band.direction = foot->design_normal;
+      own.least_kind = own.most_kind = LimitKind::kFixed;
+      own.least_mm = foot->distance_mm - Tube_mm(j) + margin_mm / 2;
+      own.most_mm = foot->distance_mm + Tube_mm(j) - margin_mm / 2;
+      band.least_mm = region.lower_mm + margin_mm;
+      band.most_mm = region.upper_mm - margin_mm;
+    } else if (region.kind == RegionKind::kMachined) {
+      own.direction = foot->normal;
+      own.most_kind = LimitKind::kStock;
+      own.most_mm =
+          foot->distance_mm + foot->normal.dot(foot->displacement_mm) - wanted_mm_[j] - cut_part_[j] * margin_mm;
+      band_limit(patch_bands_[j], region, &band);
+    }
+  }
+  return limits;
+}
+
+ShapeMisses ShapeProblem::Misses() const {
+  ShapeMisses misses;
+  const auto take = [&](LimitKind kind, double missed_mm, std::size_t region) {
+    const auto k = static_cast<std::size_t>(kind);
+    if (!(missed_mm > misses.missed_mm[k])) return;
+    misses.missed_mm[k] = missed_mm;
+    misses.region[k] = region;
+  };
+  for (std::size_t i = 0; i < bands_.size(); ++i) {
+    const ShapeRegion& region = regions_[region_of_[i]];
+    const double off_mm = bands_[i].off_mm;
+    if (region.kind == RegionKind::kDatum)
+      take(LimitKind::kDatum, std::abs(off_mm) - options_.datum_within_mm, region_of_[i]);
+    else
+      take(LimitKind::kTolerance, std::max(region.lower_mm - off_mm, off_mm - region.upper_mm), region_of_[i]);
+  }
+  for (std::size_t j = 0; j < blank_.size(); ++j) {
+    if (!feet_[j]) {
+      misses.lost_count += region_of_patch_[j] == regions_.size() || Is(j, RegionKind::kMachined);
+      continue;
+    }
+    const double distance_mm = feet_[j]->distance_mm;
+    if (Is(j, RegionKind::kFixed))
+      take(LimitKind::kFixed, std::abs(distance_mm) - Tube_mm(j), region_of_patch_[j]);
+    else if (Is(j, RegionKind::kMachined))
+      take(LimitKind::kStock, wanted_mm_[j] - distance_mm, region_of_patch_[j]);
+  }
+  return misses;
+}
+
+double ShapeProblem::GreatestBand_mm() const {
+  double greatest_mm = 0;
+  for (const ShapeRegion& region : regions_)
+    if (region.kind != RegionKind::kDatum)
+      greatest_mm = std::max({greatest_mm, std::abs(region.lower_mm), std::abs(region.upper_mm)});
+  return greatest_mm;
+}
+
+}  // namespace sixpoint::metrology

@@ -1,0 +1,88 @@
+// What a reconstruction asks of the displacement, about a deformation that is known already: distances to the deformed surface as they are, and
+// how they follow. Used by ReconstructShape alone.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "metrology/reconstruction/place_grid.h"
+#include "metrology/reconstruction/reconstruct_shape.h"
+#include "metrology/reconstruction/surface_foot.h"
+
+namespace sixpoint::metrology {
+
+// By how much limits of each kind are missed by the deformation looked at, and where most; 0 where they are kept.
+struct ShapeMisses {
+  std::array<double, kLimitKinds> missed_mm = {0, 0, 0, 0};
+  std::array<std::size_t, kLimitKinds> region = {0, 0, 0, 0};
+  std::size_t lost_count = 0;  // machined patches of the blank whose foot is gone
+  double Most() const { return *std::max_element(missed_mm.begin(), missed_mm.end()); }
+};
+
+class ShapeProblem {
+ public:
+  ShapeProblem(const DesignPlaces& design, const std::vector<BlankPatch>& blank,
+               const std::vector<ShapeRegion>& regions, std::vector<std::uint8_t> region_of,
+               const ReconstructionOptions& options);
+
+  // The least lattice about the surface and its reach, covered where it is near the surface.
+  ControlLattice LatticeOf(double spacing_mm) const;
+  std::vector<std::uint8_t> CoveredOf(const ControlLattice& lattice) const;
+
+  // Wants the displacement of fixed places and datums.
+  void AddPulls(const FreeFormDeformation& still, LatticeSystem* system) const;
+  // Measures everything beside the deformation; null: the design itself.
+  void LookAt(const FreeFormDeformation* deformation);
+  // Limits of the displacement in the lattice, to first order about what was looked at, narrowed by a margin. Always as many, in the same
+  // order: of each place its band, then of each patch what its stock or its following asks, then its band.
+  std::vector<DisplacementLimit> Limits(const FreeFormDeformation& still, double margin_mm) const;
+  HoldingPlace PlaceOf(std::size_t limit, bool most, const std::vector<DisplacementLimit>& limits) const;
+
+  ShapeMisses Misses() const;
+  // Patches whose own limits contradict each other, by how much; about what was looked at.
+  std::vector<std::pair<double, std::size_t>> Contradictions() const;
+  std::vector<RegionFinding> Findings() const;
+  // Of the fixed surface beside the shape, about machined regions.
+  void Transition(double* step_mm, double* kink_rad) const;
+
+  std::size_t BandLimit(std::size_t patch) const { return design_.places.size() + 2 * patch + 1; }
+  std::size_t PatchLimit(std::size_t patch) const { return design_.places.size() + 2 * patch; }
+  bool IsMachined(std::size_t patch) const { return Is(patch, RegionKind::kMachined); }
+  double GreatestBand_mm() const;
+
+ private:
+  // A place of the design as it is displaced: how far it is off the design, and along which direction it goes off.
+  struct Band {
+    Eigen::Vector3d direction, displacement_mm;
+    double off_mm = 0;
+  };
+  Band BandOf(const Eigen::Vector3d& place_mm, const Eigen::Vector3d& normal, std::uint32_t triangle,
+              const Eigen::Vector3d& displacement_mm) const;
+  void PutWanted();
+  // Of a fixed patch: beyond what it is uncertain by itself.
+  double Tube_mm(std::size_t patch) const {
+    return (about_machined_[patch] ? std::min(options_.step_mm, options_.fixed_within_mm) : options_.fixed_within_mm) +
+           options_.coverage_factor * blank_[patch].standard_uncertainty_mm;
+  }
+  bool Is(std::size_t patch, RegionKind kind) const {
+    return region_of_patch_[patch] < regions_.size() && regions_[region_of_patch_[patch]].kind == kind;
+  }
+
+  const DesignPlaces& design_;
+  const std::vector<BlankPatch>& blank_;
+  const std::vector<ShapeRegion>& regions_;
+  const std::vector<std::uint8_t> region_of_;
+  const ReconstructionOptions& options_;
+  PlaceGrid fixed_places_, machined_places_;
+  // As last looked at.
+  std::vector<Band> bands_, patch_bands_;
+  std::vector<std::optional<SurfaceFoot>> feet_;
+  std::vector<double> wanted_mm_,
+      cut_part_;  // of each machined patch: stock, and how much of what is asked is asked so near to fixed surface
+  // As first looked at, without deformation.
+  std::vector<std::optional<SurfaceFoot>> first_feet_;
+  std::vector<std::size_t> region_of_patch_;  // regions_.size(): unknown yet
+  std::vector<bool> about_machined_;          // fixed patches
+};
+
+}  // namespace sixpoint::metrology

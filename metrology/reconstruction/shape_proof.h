@@ -1,0 +1,30 @@
+// That no shape keeps all limits, and what would have to give way. Used by ReconstructShape alone.
+#pragma once
+
+#include "metrology/reconstruction/shape_problem.h"
+
+namespace sixpoint::metrology {
+
+// About the design itself. Of places whose own limits contradict; unset: none do.
+std::optional<ShapeProof> ProveAtPlaces(const ShapeProblem& problem, const FreeFormDeformation& still);
+
+// By the pushes of a programme without a solution on this lattice; unset: they prove nothing.
+std::optional<ShapeProof> ProveOnLattice(const ShapeProblem& problem, const FreeFormDeformation& still,
+                                         const std::vector<DisplacementLimit>& limits,
+                                         const std::vector<LimitPush>& pushes);
+
+// By how much fixed surface and datums are missed where nothing else is asked, and where most: above 0, the lattice is too coarse for them.
+struct Coarseness {
+  double missed_mm = 0;
+  HoldingPlace place;
+};
+absl::StatusOr<Coarseness> CoarsenessOf(const ShapeProblem& problem, const LatticeSystem& system,
+                                        std::vector<DisplacementLimit> limits, const ReconstructionOptions& options);
+
+// The uniform slack of one kind of limits that would cure it, the others kept; unset: none does. known_mm: that at least is known to be lacking.
+absl::StatusOr<std::optional<LeastRelaxation>> Relax(const LatticeSystem& system,
+                                                     const std::vector<DisplacementLimit>& limits, LimitKind kind,
+                                                     double known_mm, double control_reach_mm,
+                                                     const ReconstructionOptions& options);
+
+}  // namespace sixpoint::metrology
