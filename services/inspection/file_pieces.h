@@ -24,8 +24,7 @@ absl::Status WriteInPieces(const std::string& file, std::string content, grpc::S
     Response response;
     response.set_file(file);
     response.set_content(size <= kMostOfPiece ? std::move(content) : content.substr(at, kMostOfPiece));
-    if (!writer->Write(response, grpc::WriteOptions().set_buffer_hint()))
-      return absl::CancelledError(file + ": the client went away");
+    if (!writer->Write(response)) return absl::CancelledError(file + ": the client went away");
   }
   return absl::OkStatus();
 }
