@@ -14,8 +14,8 @@ using Named = std::vector<std::pair<std::string, std::string>>;
 
 // The ids of a document's objects. Those of the plan come first, so that they are the same in each result document.
 struct Ids {
-  std::size_t count;           // characteristics
-  std::size_t point_sets = 0;  // of profiles with points, the last of all
+  std::size_t count;            // characteristics
+  std::size_t with_points = 0;  // one more than the last value's index that has points; 0: none has
   static constexpr std::size_t kStandard = 1, kPart = 2;
   static std::size_t Definition(std::size_t i) { return 3 + 3 * i; }
   static std::size_t Nominal(std::size_t i) { return 4 + 3 * i; }
@@ -29,8 +29,9 @@ struct Ids {
   std::size_t component() const { return last_of_plan() + 6; }
   std::size_t results() const { return last_of_plan() + 7; }
   std::size_t Measurement(std::size_t i) const { return last_of_plan() + 8 + i; }
-  std::size_t PointSet(std::size_t k) const { return last_of_plan() + 8 + count + k; }
-  std::size_t last() const { return last_of_plan() + 7 + count + point_sets; }
+  // Of the value's points. The last of all; of values without points there is none.
+  std::size_t PointSet(std::size_t i) const { return last_of_plan() + 8 + count + i; }
+  std::size_t last() const { return last_of_plan() + 7 + count + with_points; }
 };
 
 inline std::string Text(std::size_t number) { return std::to_string(number); }

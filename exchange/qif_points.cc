@@ -9,6 +9,8 @@
 namespace sixpoint::exchange::qif {
 namespace {
 
+bool HasPoints(const MeasuredValue& value) { return !value.points.empty(); }
+
 // Where the surface was found: from each nominal place along its normal.
 void WritePointSet(XmlWriter& xml, const Characteristic& c, const std::vector<DeviationPoint>& points, std::size_t id,
                    const Ids& ids) {
@@ -28,18 +30,18 @@ void WritePointSet(XmlWriter& xml, const Characteristic& c, const std::vector<De
 
 }  // namespace
 
-std::size_t PointSetCount(const InspectedPart& part) {
-  return static_cast<std::size_t>(
-      std::count_if(part.values.begin(), part.values.end(), [](const MeasuredValue& v) { return !v.points.empty(); }));
+std::size_t WithPoints(const InspectedPart& part) {
+  const auto last = std::find_if(part.values.rbegin(), part.values.rend(), HasPoints);
+  return static_cast<std::size_t>(part.values.rend() - last);
 }
 
 void WritePointSets(XmlWriter& xml, const InspectedPart& part, const Ids& ids) {
-  if (ids.point_sets == 0) return;
-  xml.Open("MeasuredPointSets", Count(ids.point_sets));
-  std::size_t k = 0;
-  for (std::size_t i = 0; i < part.values.size(); ++i)
-    if (!part.values[i].points.empty())
-      WritePointSet(xml, part.characteristics[i], part.values[i].points, ids.PointSet(k++), ids);
+  if (ids.with_points == 0) return;
+  const auto count = std::count_if(part.values.begin(), part.values.end(), HasPoints);
+  xml.Open("MeasuredPointSets", Count(static_cast<std::size_t>(count)));
+  for (std::size_t i = 0; i < ids.with_points; ++i)
+    if (HasPoints(part.values[i]))
+      WritePointSet(xml, part.characteristics[i], part.values[i].points, ids.PointSet(i), ids);
   xml.Close();
 }
 

@@ -8,8 +8,8 @@
 
 namespace sixpoint::exchange::qif {
 
-// How many of the part's values have points.
-std::size_t PointSetCount(const InspectedPart& part);
+// Ids::with_points.
+std::size_t WithPoints(const InspectedPart& part);
 // One of each value that has points, in their order. Nothing where none has.
 void WritePointSets(XmlWriter& xml, const InspectedPart& part, const Ids& ids);
 // point_set: the set's id.

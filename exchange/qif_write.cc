@@ -199,9 +199,8 @@ void WriteValue(XmlWriter& xml, std::string_view element, const MeasuredValue& v
   if (v.worst_negative) xml.Element("WorstNegativeDeviation", DecimalText(*v.worst_negative));
 }
 
-// point_sets: how many were referred to before.
-void WriteMeasurement(XmlWriter& xml, const InspectedPart& part, const Ids& ids, const std::string& time, std::size_t i,
-                      std::size_t* point_sets) {
+void WriteMeasurement(XmlWriter& xml, const InspectedPart& part, const Ids& ids, const std::string& time,
+                      std::size_t i) {
   const std::string_view element = ElementOf(part.characteristics[i]);
   const MeasuredValue& v = part.values[i];
   xml.Open(std::string(element) + "CharacteristicMeasurement", Id(ids.Measurement(i)));
@@ -217,10 +216,7 @@ void WriteMeasurement(XmlWriter& xml, const InspectedPart& part, const Ids& ids,
   xml.Element("ActualComponentId", Text(ids.component()));
   xml.Open("MeasurementDeviceIds", Count(1)).Element("Id", Text(ids.device())).Close();
   if (v.value) WriteValue(xml, element, v);
-  if (!v.points.empty()) {
-    const std::size_t point_set = ids.PointSet((*point_sets)++);
-    if (element == "SurfaceProfile") qif::WritePointDeviations(xml, v.points, point_set);
-  }
+  if (element == "SurfaceProfile" && !v.points.empty()) qif::WritePointDeviations(xml, v.points, ids.PointSet(i));
   xml.Close();
 }
 
@@ -235,8 +231,7 @@ void WriteResults(XmlWriter& xml, const InspectedPart& part, const std::string& 
   qif::WritePointSets(xml, part, ids);
   xml.Open("MeasuredCharacteristics").Open("CharacteristicMeasurements", Count(part.values.size()));
   const std::string time = TimeText(part.recorded_at);
-  std::size_t point_sets = 0;
-  for (std::size_t i = 0; i < part.values.size(); ++i) WriteMeasurement(xml, part, ids, time, i, &point_sets);
+  for (std::size_t i = 0; i < part.values.size(); ++i) WriteMeasurement(xml, part, ids, time, i);
   xml.Close().Close();
   WriteInspectionStatus(xml, "InspectionStatus", part.verdict);
   xml.Open("ActualComponentIds", Count(1)).Element("Id", Text(ids.component())).Close().Close().Close();
@@ -300,7 +295,7 @@ absl::StatusOr<std::string> QifPlan::ResultDocument(const InspectedPart& part) c
   if (!IsOf(part)) return Refuse("characteristics", part.part, "those of the plan " + id_);
   if (!UuidOf(part.result))
     return Refuse("result", part.result, "inspections/UUID, deviations/UUID or assessments/UUID");
-  const Ids ids{part.characteristics.size(), qif::PointSetCount(part)};
+  const Ids ids{part.characteristics.size(), qif::WithPoints(part)};
   XmlWriter xml;
   OpenDocument(xml, ids.last(), QifDocumentId(part.result));
   xml.Open("Version").Element("TimeCreated", TimeText(part.recorded_at)).Close();

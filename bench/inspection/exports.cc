@@ -35,20 +35,18 @@ double SecondsOf(const std::function<void()>& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-constexpr int kPage = 100;  // as exports have it
-
 // All of them, as an export reads them.
 std::size_t ReadRows(storage::Database* database) {
   const auto store = storage::InspectionsIn(database);
   std::size_t holes = 0;
   for (std::int64_t before = 0;;) {
-    const auto rows = store->List({}, before, kPage, testing::Soon(300));
+    const auto rows = store->List({}, before, inspection::kExportPage, testing::Soon(300));
     if (!rows.ok()) return 0;
     for (const storage::InspectionRow& row : *rows) {
       holes += row.holes.size();
       before = row.recorded.sequence;
     }
-    if (rows->size() < kPage) return holes;
+    if (rows->size() < inspection::kExportPage) return holes;
   }
 }
 

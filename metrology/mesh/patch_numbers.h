@@ -21,8 +21,7 @@ struct PatchPoint {
 
 // At barycentric coordinates of the plane, outside the triangle too.
 template <typename Number>
-inline __attribute__((always_inline)) PatchPoint<Number> PointOf(const PatchNumbers<Number>& patch,
-                                                                 const Number (&barycentric)[3]) {
+SIXPOINT_INLINE PatchPoint<Number> PointOf(const PatchNumbers<Number>& patch, const Number (&barycentric)[3]) {
   const Number b0 = barycentric[0], b1 = barycentric[1], b2 = barycentric[2];
   const Number(&h)[7] = patch.height_mm;
   const Number d0 =
@@ -45,8 +44,7 @@ inline __attribute__((always_inline)) PatchPoint<Number> PointOf(const PatchNumb
 
 // By how much barycentric coordinates change over a step.
 template <typename Number>
-inline __attribute__((always_inline)) void StepOf(const PatchNumbers<Number>& patch, const Number (&by_mm)[3],
-                                                  Number (&step)[3]) {
+SIXPOINT_INLINE void StepOf(const PatchNumbers<Number>& patch, const Number (&by_mm)[3], Number (&step)[3]) {
   step[1] = Product(patch.dual_1, by_mm);
   step[2] = Product(patch.dual_2, by_mm);
   step[0] = -step[1] - step[2];

@@ -62,7 +62,6 @@ void MeasureFour(const TriangleShape& t, float ax, float ay, float az, std::uint
                  NearLanes* lanes, LaneBlock* squared) {
   MeasureLanes<Four>(t, ax, ay, az, candidate, count, lanes, squared);
 }
-#ifdef __x86_64__
 SIXPOINT_EIGHT void MeasureEight(const TriangleShape& t, float ax, float ay, float az, std::uint32_t candidate,
                                  std::size_t count, NearLanes* lanes, LaneBlock* squared) {
   MeasureLanes<Eight>(t, ax, ay, az, candidate, count, lanes, squared);
@@ -71,17 +70,9 @@ SIXPOINT_SIXTEEN void MeasureSixteen(const TriangleShape& t, float ax, float ay,
                                      std::size_t count, NearLanes* lanes, LaneBlock* squared) {
   MeasureLanes<Sixteen>(t, ax, ay, az, candidate, count, lanes, squared);
 }
-#endif
 
 }  // namespace
 
-MeasureTriangle MeasureOf(LaneWidth width) {
-#ifdef __x86_64__
-  if (width == LaneWidth::kSixteen) return MeasureSixteen;
-  if (width == LaneWidth::kEight) return MeasureEight;
-#endif
-  (void)width;
-  return MeasureFour;
-}
+MeasureTriangle MeasureOf(LaneWidth width) { return OfWidth(width, MeasureFour, MeasureEight, MeasureSixteen); }
 
 }  // namespace sixpoint::metrology

@@ -75,10 +75,8 @@ SIXPOINT_INLINE void Measure(std::size_t count, PairLanes* lanes) {
 }
 
 void MeasureFour(std::size_t count, PairLanes* lanes) { Measure<Four>(count, lanes); }
-#ifdef __x86_64__
 SIXPOINT_EIGHT void MeasureEight(std::size_t count, PairLanes* lanes) { Measure<Eight>(count, lanes); }
 SIXPOINT_SIXTEEN void MeasureSixteen(std::size_t count, PairLanes* lanes) { Measure<Sixteen>(count, lanes); }
-#endif
 
 }  // namespace
 
@@ -102,13 +100,6 @@ NearestTriangle PairLanes::Found(std::size_t lane, const IndexedTriangle& item) 
           &item};
 }
 
-MeasurePairs MeasurePairsOf(LaneWidth width) {
-#ifdef __x86_64__
-  if (width == LaneWidth::kSixteen) return MeasureSixteen;
-  if (width == LaneWidth::kEight) return MeasureEight;
-#endif
-  (void)width;
-  return MeasureFour;
-}
+MeasurePairs MeasurePairsOf(LaneWidth width) { return OfWidth(width, MeasureFour, MeasureEight, MeasureSixteen); }
 
 }  // namespace sixpoint::metrology

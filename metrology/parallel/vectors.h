@@ -5,10 +5,17 @@
 #include <cstddef>
 #include <cstdint>
 
-#define SIXPOINT_INLINE inline __attribute__((always_inline))
-// Of the functions that a loop is compiled as, where the width is not the least.
+#include "metrology/parallel/lane_width.h"
+#include "metrology/parallel/lanes.h"
+
+// Of the functions that a loop is compiled as, where the width is not the least. Other processors' are never asked for.
+#ifdef __x86_64__
 #define SIXPOINT_EIGHT __attribute__((target("avx2")))
 #define SIXPOINT_SIXTEEN __attribute__((target("avx512f,avx512vl,avx512dq")))
+#else
+#define SIXPOINT_EIGHT
+#define SIXPOINT_SIXTEEN
+#endif
 
 namespace sixpoint::metrology {
 
@@ -30,5 +37,11 @@ struct Sixteen {
   typedef double Doubles __attribute__((vector_size(64)));
   typedef std::uint32_t Indices __attribute__((vector_size(64), may_alias));
 };
+
+// That of a loop's functions which is compiled for the width.
+template <typename Function>
+Function OfWidth(LaneWidth width, Function four, Function eight, Function sixteen) {
+  return width == LaneWidth::kSixteen ? sixteen : width == LaneWidth::kEight ? eight : four;
+}
 
 }  // namespace sixpoint::metrology

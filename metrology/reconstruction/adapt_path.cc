@@ -8,18 +8,12 @@
 #include "metrology/frames/pose.h"
 #include "metrology/linear_algebra/singular_values.h"
 #include "metrology/reconstruction/place_grid.h"
+#include "metrology/reconstruction/smooth_step.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
-namespace {
-
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-// The Bezier polynomial of the values 0, 0, 0, 1, 1, 1.
-double BezierStep(double t) { return t * t * t * (10 + t * (6 * t - 15)); }
-
-}  // namespace
 
 Matrix3d TurnOf(const Matrix3d& jacobian, const Vector3d& normal) {
   const SingularValueDecomposition decomposed = DecomposeSingular(jacobian);
@@ -54,7 +48,7 @@ absl::StatusOr<std::vector<AdaptedToolPoint>> AdaptPath(const DesignPlaces& desi
     AdaptedToolPoint moved;
     const std::size_t region = RegionAt(regions, contact.point_mm, contact.normal);
     if (region == regions.size() || regions[region].kind != RegionKind::kMachined)
-      moved.part = 1 - BezierStep(machined.Nearest(contact.point_mm, contact.normal, 0) / strip_mm);
+      moved.part = 1 - SmoothStep(machined.Nearest(contact.point_mm, contact.normal, 0) / strip_mm);
     const Vector3d turn = VectorFromRotation(TurnOf(local->Jacobian(), contact.normal));
     const Matrix3d part_turn = RotationFromVector(moved.part * turn);
     moved.tool.centre_mm =

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "metrology/inspection/deviation_map.h"
+#include "metrology/inspection/surface_patches.h"
 
 namespace sixpoint::metrology {
 
@@ -15,9 +15,6 @@ struct BlankPatch {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   // of the blank there, outward, unit
   double standard_uncertainty_mm = 0;                  // of the point along the normal
 };
-
-// The patches that a map has seen: each at its middle on the design, off by its mean.
-std::vector<BlankPatch> BlankPatchesOf(const DeviationField& field, const Surface& surface);
 
 struct GatherOptions {
   int threads = 2;

@@ -25,8 +25,7 @@ std::string PointText(const Vector3d& point_mm) {
   return "(" + Rounded(point_mm.x()) + ", " + Rounded(point_mm.y()) + ", " + Rounded(point_mm.z()) + ")";
 }
 
-absl::Status Check(const ControlLattice& lattice, const ControlDisplacements& controls_mm,
-                   const std::vector<std::uint8_t>& covered) {
+absl::Status CheckLattice(const ControlLattice& lattice) {
   if (!lattice.corner_mm.allFinite()) return Refuse("lattice.corner_mm", "not finite", "finite numbers");
   double count = 1;
   for (int axis = 0; axis < 3; ++axis) {
@@ -37,6 +36,12 @@ absl::Status Check(const ControlLattice& lattice, const ControlDisplacements& co
     count *= lattice.Controls(axis);
   }
   if (!(count <= kMostControls)) return Refuse("lattice.cells", Rounded(count) + " controls", "at most 4000000");
+  return absl::OkStatus();
+}
+
+absl::Status Check(const ControlLattice& lattice, const ControlDisplacements& controls_mm,
+                   const std::vector<std::uint8_t>& covered) {
+  if (absl::Status good = CheckLattice(lattice); !good.ok()) return good;
   if (static_cast<std::size_t>(controls_mm.cols()) != lattice.control_count())
     return Refuse("controls_mm", std::to_string(controls_mm.cols()), std::to_string(lattice.control_count()));
   if (!controls_mm.allFinite()) return Refuse("controls_mm", "not finite", "finite numbers");
@@ -114,10 +119,8 @@ absl::StatusOr<FreeFormDeformation> FreeFormDeformation::Make(const ControlLatti
 
 absl::StatusOr<FreeFormDeformation> FreeFormDeformation::Still(const ControlLattice& lattice,
                                                                std::vector<std::uint8_t> covered) {
-  double count = 1;
-  for (int axis = 0; axis < 3; ++axis) count *= std::max(1, lattice.Controls(axis));
-  if (!(count <= kMostControls)) return Refuse("lattice.cells", Rounded(count) + " controls", "at most 4000000");
-  return Make(lattice, ControlDisplacements::Zero(3, static_cast<Index>(count)), std::move(covered));
+  if (absl::Status good = CheckLattice(lattice); !good.ok()) return good;
+  return Make(lattice, ControlDisplacements::Zero(3, static_cast<Index>(lattice.control_count())), std::move(covered));
 }
 
 std::optional<LatticeWeights> FreeFormDeformation::WeightsAt(const Vector3d& point_mm) const {

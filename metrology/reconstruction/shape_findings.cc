@@ -10,7 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kAlike = 0.5;  // cosine of the greatest angle between the normals of what is one wall
 constexpr std::size_t kLeastForSlope = 6;
 
 }  // namespace
@@ -79,7 +78,7 @@ std::vector<RegionFinding> ShapeProblem::Findings() const {
     const ShapeRegion& region = regions_[region_of_[i]];
     RegionFinding& finding = findings[region_of_[i]];
     finding.area_mm2 += place.area_mm2;
-    if (seen.Has(place.point_mm, place.normal, kAlike)) finding.seen_part += place.area_mm2;
+    if (seen.Has(place.point_mm, place.normal, kSameWallCosine)) finding.seen_part += place.area_mm2;
     const double off_mm = bands_[i].off_mm;
     if (region.kind == RegionKind::kDatum) {
       finding.worst_datum_mm = std::max(finding.worst_datum_mm, std::abs(off_mm));
@@ -113,7 +112,7 @@ void ShapeProblem::Transition(double* step_mm, double* kink_rad) const {
     std::vector<double> rest_mm;
     for (const std::size_t k : fixed) {
       const Vector3d from_mm = feet_[k]->place_mm - feet_[j]->place_mm;
-      if (from_mm.squaredNorm() > about_mm * about_mm || feet_[k]->normal.dot(normal) < kAlike) continue;
+      if (from_mm.squaredNorm() > about_mm * about_mm || !IsSameWall(feet_[k]->normal, normal)) continue;
       rows.push_back({1, one.dot(from_mm), other.dot(from_mm)});
       rest_mm.push_back(feet_[k]->distance_mm);
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "metrology/parallel/loops.h"
+#include "metrology/reconstruction/smooth_step.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -16,13 +17,6 @@ constexpr double kBesidePatches = 4;  // so near a machined place, the blank's f
 constexpr double kBesidePull = 30;    // beside the cut, where a slope shows, as much firmer
 constexpr double kUncut = 0.25;       // of the strip beside fixed surface: there the shape is the blank's own
 constexpr double kTiny_mm = 1e-5;     // off the design: too little to have a direction
-constexpr double kSameWall = 0.5;     // cosine
-
-// 0 to 1 with two derivatives of 0 at both ends.
-double SmoothStep(double t) {
-  t = std::clamp(t, 0.0, 1.0);
-  return t * t * t * (10 + t * (6 * t - 15));
-}
 
 }  // namespace
 
@@ -98,7 +92,7 @@ ShapeProblem::Band ShapeProblem::BandOf(const Vector3d& place_mm, const Vector3d
   const Vector3d moved_mm = place_mm + displacement_mm;
   const SurfacePoint found = design_.surface->Closest(moved_mm, triangle);
   // Nearer to another wall than to its own: then the way along its own normal counts.
-  if (!(found.normal.dot(normal) > kSameWall)) return band;
+  if (!IsSameWall(found.normal, normal)) return band;
   band.off_mm = found.signed_distance_mm;
   if (found.feature == SurfaceFeature::kFace)
     band.direction = found.normal;

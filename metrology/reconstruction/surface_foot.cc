@@ -11,7 +11,6 @@ using Eigen::Vector3d;
 
 constexpr int kSteps = 12;
 constexpr double kRested_mm = 1e-7;
-constexpr double kAlike = 0.5;  // cosine of the greatest angle between walls that are the same
 constexpr double kSearchStep_mm = 0.25;
 
 // The foot next to a place of the design: each step takes the point back into the design, as the deformation is about the last foot.
@@ -50,7 +49,7 @@ std::optional<SurfaceFoot> FootOf(const Surface& surface, const FreeFormDeformat
                                   const Vector3d& point_mm, const Vector3d& outward, double farthest_mm,
                                   const SurfaceFoot* near) {
   const auto good = [&](const std::optional<SurfaceFoot>& foot) {
-    return foot && foot->normal.dot(outward) > kAlike && std::abs(foot->distance_mm) <= farthest_mm;
+    return foot && IsSameWall(foot->normal, outward) && std::abs(foot->distance_mm) <= farthest_mm;
   };
   const Vector3d moved_mm = near != nullptr ? near->displacement_mm : Vector3d::Zero();
   const std::uint32_t hint = near != nullptr ? near->triangle : Surface::kNoTriangle;

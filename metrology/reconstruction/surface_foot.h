@@ -9,6 +9,12 @@
 
 namespace sixpoint::metrology {
 
+// Normals within this cosine's angle are of one wall: at thin edges the nearest is often the other.
+inline constexpr double kSameWallCosine = 0.5;
+inline bool IsSameWall(const Eigen::Vector3d& one, const Eigen::Vector3d& other) {
+  return one.dot(other) > kSameWallCosine;
+}
+
 // The place of the design whose deformed point is the foot of the point that was asked for.
 struct SurfaceFoot {
   Eigen::Vector3d place_mm = Eigen::Vector3d::Zero();        // on the design, before it is deformed

@@ -168,8 +168,7 @@ class CurvedSurface::Slide {
 
 void CurvedSurface::FeetOf(const Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices,
                            std::size_t count, std::optional<CurvedFoot>* feet) const {
-  for (std::size_t i = 0; i < count; ++i) feet[indices[i]].reset();
-  if (!mesh_.corner_normals.empty()) Slide(*this, queries, nearest, feet).Feet(indices, count);
+  Slide(*this, queries, nearest, feet).Feet(indices, count);
 }
 
 }  // namespace sixpoint::metrology

@@ -22,8 +22,10 @@ class CurvedSurface {
   CurvedSurface(const TriangleMesh& mesh, const Points& vertices_mm, const Seams& seams)
       : mesh_(mesh), vertices_mm_(vertices_mm), seams_(seams) {}
 
-  // Of each query among the indices, from the nearest point of the facets on: absent where the triangle carries no patch. Many
-  // at a time take a fraction of their time one by one.
+  // Whether any triangle carries a patch: else nobody has a foot.
+  bool IsCurved() const { return !mesh_.corner_normals.empty(); }
+  // Of each query among the indices, from the nearest point of the facets on, where the triangle carries a patch: elsewhere
+  // `feet` stays as it is. Of a curved surface. Many at a time take a fraction of their time one by one.
   void FeetOf(const Eigen::Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices,
               std::size_t count, std::optional<CurvedFoot>* feet) const;
 

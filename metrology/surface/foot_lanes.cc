@@ -87,12 +87,10 @@ SIXPOINT_INLINE void Step(std::size_t count, FootLanes* lanes) {
 
 void LookFour(std::size_t count, FootLanes* lanes) { Look<Four>(count, lanes); }
 void StepFour(std::size_t count, FootLanes* lanes) { Step<Four>(count, lanes); }
-#ifdef __x86_64__
 SIXPOINT_EIGHT void LookEight(std::size_t count, FootLanes* lanes) { Look<Eight>(count, lanes); }
 SIXPOINT_EIGHT void StepEight(std::size_t count, FootLanes* lanes) { Step<Eight>(count, lanes); }
 SIXPOINT_SIXTEEN void LookSixteen(std::size_t count, FootLanes* lanes) { Look<Sixteen>(count, lanes); }
 SIXPOINT_SIXTEEN void StepSixteen(std::size_t count, FootLanes* lanes) { Step<Sixteen>(count, lanes); }
-#endif
 
 template <std::size_t count>
 void Put(const double (&numbers)[count], std::size_t lane, LaneRow (&rows)[count]) {
@@ -120,12 +118,7 @@ void FootLanes::SetBarycentric(std::size_t lane, const Eigen::Vector3d& coordina
 }
 
 FootSteps FootStepsOf(LaneWidth width) {
-#ifdef __x86_64__
-  if (width == LaneWidth::kSixteen) return {LookSixteen, StepSixteen};
-  if (width == LaneWidth::kEight) return {LookEight, StepEight};
-#endif
-  (void)width;
-  return {LookFour, StepFour};
+  return OfWidth<FootSteps>(width, {LookFour, StepFour}, {LookEight, StepEight}, {LookSixteen, StepSixteen});
 }
 
 }  // namespace sixpoint::metrology

@@ -130,10 +130,11 @@ double Surface::Parts::FacetDistance(const Vector3d& query, const NearestTriangl
 
 void Surface::Parts::FindFeet(const Vector3d* queries, const NearestTriangle* nearest, std::size_t count,
                               std::optional<CurvedFoot>* feet) const {
+  for (std::size_t i = 0; i < count; ++i) feet[i].reset();
+  if (!curved.IsCurved()) return;
   std::array<std::uint32_t, kTogether> smooth;
   std::size_t smooth_count = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
-    feet[i].reset();
     if (nearest[i].triangle != kNoTriangle && seams.SeamAt(nearest[i]) == kSmooth) smooth[smooth_count++] = i;
   }
   curved.FeetOf(queries, nearest, smooth.data(), smooth_count, feet);

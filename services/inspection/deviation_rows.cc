@@ -61,6 +61,11 @@ void SetBounds(const DeviationOrder::Region& region, storage::DeviationRegionRow
   row->facing_within_deg = region.region.facing_within_rad / kRad;
 }
 
+std::optional<Eigen::Vector3d> VectorOf(const std::vector<double>& three) {
+  if (three.size() != 3) return std::nullopt;
+  return Eigen::Vector3d(three[0], three[1], three[2]);
+}
+
 storage::DeviationProfileRow ProfileRowOf(const metrology::DeviationField& field, const DeviationOrder& order,
                                           const DeviationOrder::Profile& profile,
                                           const std::vector<std::uint32_t>& patches,
@@ -190,6 +195,15 @@ runtime::Made<storage::DeviationMapRow> RecordOf(const RegisteredBlade& blade, c
   storage::RecordEntry entry = EntryOf("deviation", runtime::NameOf("deviations", row.deviation_id), registration);
   entry.summary_json = SummaryOf(row);
   return {std::move(row), std::move(entry)};
+}
+
+metrology::SurfaceRegion BoundsOf(const storage::DeviationRegionRow& row) {
+  metrology::SurfaceRegion region;
+  region.minimum_mm = VectorOf(row.minimum_in_part_mm);
+  region.maximum_mm = VectorOf(row.maximum_in_part_mm);
+  region.facing = VectorOf(row.facing_in_part);
+  if (row.facing_within_deg) region.facing_within_rad = kRad * *row.facing_within_deg;
+  return region;
 }
 
 }  // namespace sixpoint::inspection

@@ -35,7 +35,6 @@ using runtime::ToGrpc;
 constexpr int kMostResults = 5000;              // of inspections, and of maps
 constexpr std::size_t kMostValues = 400'000;    // of all of them: what an answer holds in memory
 constexpr std::size_t kMostPoints = 1'000'000;  // of profiles: what a client holds of an answer that may begin anew
-constexpr int kPage = 100;
 
 absl::Status TooMany() {
   return runtime::Refuse("recorded", "more than " + std::to_string(kMostResults) + " results",
@@ -84,7 +83,7 @@ absl::Status ForEach(const storage::ResultReader<Row, Filter>& reader, Filter fi
   using Page = absl::StatusOr<std::vector<Row>>;
   // Of a blade's results the newest is looked for first: an older one that has the verdict does not stand for it.
   const std::string verdict = only_newest ? std::exchange(filter.verdict, "") : "";
-  const auto read = [&](std::int64_t before) { return reader.List(filter, before, kPage, caller.deadline); };
+  const auto read = [&](std::int64_t before) { return reader.List(filter, before, kExportPage, caller.deadline); };
   std::future<Page> next = std::async(std::launch::async, read, 0);
   std::set<std::string> seen;
   int count = 0;
@@ -92,7 +91,7 @@ absl::Status ForEach(const storage::ResultReader<Row, Filter>& reader, Filter fi
     const Page rows = next.get();
     if (!rows.ok()) return rows.status();
     if (!caller.keep_going()) return absl::CancelledError("export: the caller is gone or its time is over");
-    if (rows->size() == kPage) next = std::async(std::launch::async, read, rows->back().recorded.sequence);
+    if (rows->size() == kExportPage) next = std::async(std::launch::async, read, rows->back().recorded.sequence);
     for (const Row& row : *rows) {
       if (only_newest && seen.count(row.blade_serial) > 0) continue;
       const auto machine = machines->Of(row.machine_id, row.machine_revision);

@@ -12,6 +12,9 @@
 
 namespace sixpoint::inspection {
 
+// Rows read at a time.
+inline constexpr int kExportPage = 100;
+
 class ExportService final : public v1::ExportService::Service {
  public:
   ExportService(std::shared_ptr<storage::InspectionStore> inspections,

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "metrology/inspection/surface_patches.h"
+#include "services/inspection/deviation_rows.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::inspection {
@@ -14,21 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kMmPerUm = 1e-3, kRadPerDeg = 3.14159265358979323846 / 180;
-
-std::optional<Vector3d> VectorOf(const std::vector<double>& three) {
-  if (three.size() != 3) return std::nullopt;
-  return Vector3d(three[0], three[1], three[2]);
-}
-
-metrology::SurfaceRegion RegionOf(const storage::DeviationRegionRow& row) {
-  metrology::SurfaceRegion region;
-  region.minimum_mm = VectorOf(row.minimum_in_part_mm);
-  region.maximum_mm = VectorOf(row.maximum_in_part_mm);
-  region.facing = VectorOf(row.facing_in_part);
-  if (row.facing_within_deg) region.facing_within_rad = kRadPerDeg * *row.facing_within_deg;
-  return region;
-}
+constexpr double kMmPerUm = 1e-3;
 
 std::array<double, 3> ThreeOf(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -46,7 +32,7 @@ absl::StatusOr<std::vector<exchange::DeviationPoint>> ProfilePoints(const storag
       patches.areas_mm2.size() != count)
     return absl::DataLossError(runtime::NameOf("deviations", map.deviation_id) +
                                ": its patches or regions are not its own");
-  const metrology::SurfaceRegion region = RegionOf(*row);
+  const metrology::SurfaceRegion region = BoundsOf(*row);
   std::vector<exchange::DeviationPoint> points;
   Vector3d middle_mm = Vector3d::Zero();
   double area_mm2 = 0;
