@@ -90,14 +90,18 @@ absl::Status CheckOutlines(const std::string& at, const SectionOutlines& outline
   return refusals.status();
 }
 
+absl::Status CheckDigest(const std::string& field, const std::string& digest) {
+  const bool hex = digest.size() == 64 && digest.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
+  return digest.empty() || hex ? absl::OkStatus() : Refuse(field, digest, "64 hexadecimal digits");
+}
+
 absl::Status CheckTraceability(const Traceability& t) {
   Refusals refusals;
-  for (std::size_t i = 0; i < t.scans.size(); ++i) {
-    const std::string& digest = t.scans[i].sha256;
-    const bool hex = digest.size() == 64 && digest.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
-    if (!digest.empty() && !hex)
-      refusals.Add(Refuse("traceability.scans[" + std::to_string(i) + "].sha256", digest, "64 hexadecimal digits"));
-  }
+  for (std::size_t i = 0; i < t.scans.size(); ++i)
+    refusals.Add(CheckDigest("traceability.scans[" + std::to_string(i) + "].sha256", t.scans[i].sha256));
+  for (std::size_t i = 0; i < t.instruments.size(); ++i)
+    refusals.Add(
+        CheckDigest("traceability.instruments[" + std::to_string(i) + "].file_sha256", t.instruments[i].file_sha256));
   for (const Budget& budget : t.budgets) {
     refusals.Add(CheckUncertainty("traceability.budgets.expanded_uncertainty", budget.expanded_uncertainty, true));
     for (const Budget::Line& line : budget.lines) {
@@ -108,30 +112,43 @@ absl::Status CheckTraceability(const Traceability& t) {
   return refusals.status();
 }
 
-absl::Status CheckPictures(const Report& report) {
-  if (!report.deviation_picture) return absl::OkStatus();
-  const DeviationPicture& picture = *report.deviation_picture;
+absl::Status CheckPicture(const std::string& at, const DeviationPicture& picture) {
   Refusals refusals;
   if (picture.views.size() > kMostPictures)
-    refusals.Add(Refuse("deviation_picture.views", std::to_string(picture.views.size()),
-                        "at most " + std::to_string(kMostPictures)));
+    refusals.Add(
+        Refuse(at + ".views", std::to_string(picture.views.size()), "at most " + std::to_string(kMostPictures)));
   for (const auto& view : picture.views) {
-    if (!view) return Refuse("deviation_picture.views", "none", "a picture");
-    refusals.Add(Under("deviation_picture", Check(*view)));
+    if (!view) return Refuse(at + ".views", "none", "a picture");
+    refusals.Add(Under(at, Check(*view)));
   }
   const auto positive = [](double x) { return x > 0 && x < kGreatestNumber; };
-  if (!positive(picture.mm_per_px)) refusals.Add(Refuse("deviation_picture.mm_per_px", picture.mm_per_px, "> 0"));
-  if (!positive(picture.scale_um)) refusals.Add(Refuse("deviation_picture.scale_um", picture.scale_um, "> 0"));
+  if (!positive(picture.mm_per_px)) refusals.Add(Refuse(at + ".mm_per_px", picture.mm_per_px, "> 0"));
+  if (!positive(picture.scale_um)) refusals.Add(Refuse(at + ".scale_um", picture.scale_um, "> 0"));
   if (!(picture.band_um >= 0 && picture.band_um <= picture.scale_um))
-    refusals.Add(Refuse("deviation_picture.band_um", picture.band_um, "0 to scale_um"));
+    refusals.Add(Refuse(at + ".band_um", picture.band_um, "0 to scale_um"));
+  return refusals.status();
+}
+
+absl::Status CheckPictures(const Report& report) {
+  const std::vector<DeviationPicture>& pictures = report.deviation_pictures;
+  if (pictures.size() > kMostPicturedMaps)
+    return Refuse("deviation_pictures", std::to_string(pictures.size()),
+                  "at most " + std::to_string(kMostPicturedMaps));
+  Refusals refusals;
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    refusals.Add(CheckPicture("deviation_pictures[" + std::to_string(i) + "]", pictures[i]));
   return refusals.status();
 }
 
 std::size_t RowCount(const Report& report) {
   std::size_t rows = report.holes.size() + report.regions.size() + report.traceability.calibrations.size() +
                      report.traceability.scans.size() + report.traceability.software.size() + report.groups.size();
-  for (const CharacteristicGroup& group : report.groups) rows += group.characteristics.size();
-  for (const Section& section : report.sections) rows += 1 + section.parameters.size();
+  rows += report.traceability.instruments.size();
+  const auto add = [&rows](const std::vector<Characteristic>& characteristics) {
+    for (const Characteristic& c : characteristics) rows += 1 + c.others.size();
+  };
+  for (const CharacteristicGroup& group : report.groups) add(group.characteristics);
+  for (const Section& section : report.sections) ++rows, add(section.parameters);
   for (const Budget& budget : report.traceability.budgets) rows += 1 + budget.lines.size();
   return rows;
 }
@@ -176,6 +193,9 @@ absl::Status CheckCharacteristic(const std::string& at, const Characteristic& c)
   refusals.Add(CheckNumber(at + "lower", c.lower)).Add(CheckNumber(at + "upper", c.upper));
   if (c.lower && c.upper && *c.lower > *c.upper) refusals.Add(Refuse(at + "lower", *c.lower, "at most upper"));
   refusals.Add(CheckUncertainty(at + "expanded_uncertainty", c.expanded_uncertainty, c.value.has_value()));
+  for (const OtherValue& other : c.others)
+    refusals.Add(CheckNumber(at + "others.value", other.value))
+        .Add(CheckSize(at + "others.expanded_uncertainty", other.expanded_uncertainty));
   refusals.Add(c.judged ? CheckJudged(at, c.value.has_value(), c.verdict)
                         : CheckNotJudged(at, c.lower || c.upper, c.verdict));
   return refusals.status();

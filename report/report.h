@@ -22,6 +22,13 @@ namespace sixpoint::report {
 using exchange::Verdict;
 using Time = std::chrono::system_clock::time_point;
 
+// What another instrument, or another positioning of the part, says of the same characteristic, in its unit. It is judged by nobody.
+struct OtherValue {
+  std::string source;
+  double value = 0;
+  std::optional<double> expanded_uncertainty;  // 95 %
+};
+
 // One line of the drawing, and what was found of it.
 struct Characteristic {
   std::string id;           // "G1/H1/position", a balloon's number
@@ -34,6 +41,7 @@ struct Characteristic {
   Verdict verdict = Verdict::kNotMeasured;
   std::string reason;  // why it was not measured, or why nothing is said; else empty
   bool judged = true;  // false: nothing is asked of it, so that it has neither limits nor a verdict
+  std::vector<OtherValue> others = {};
 };
 
 struct CharacteristicGroup {
@@ -128,17 +136,26 @@ struct SoftwareVersion {
   std::string name, version;
 };
 
+// Another instrument, whose values stand beside ours.
+struct InstrumentUsed {
+  std::string name, certificate, measurement;
+  std::string file_sha256;  // of the file that its values came in
+  std::optional<Time> measured_at;
+};
+
 struct Traceability {
   std::vector<std::string> results, registrations;
   std::string method, fit_state, machine, sensor, requested_by;
   std::vector<SoftwareVersion> software;
   std::vector<CalibrationUsed> calibrations;
   std::vector<ScanUsed> scans;
+  std::vector<InstrumentUsed> instruments = {};
   std::vector<Budget> budgets;
 };
 
 // A deviation map seen from fixed sides (deviation_picture.h).
 struct DeviationPicture {
+  std::string title = {};                             // of which map; empty where there is one
   std::vector<std::shared_ptr<const Picture>> views;  // their names are the sides'
   double mm_per_px = 0, scale_um = 0, band_um = 0;
 };
@@ -152,15 +169,17 @@ struct Report {
   std::vector<Hole> holes;
   std::vector<RegionDeviation> regions;
   std::vector<Section> sections;
-  std::optional<DeviationPicture> deviation_picture;
+  std::vector<DeviationPicture> deviation_pictures;  // of maps: the first one on the first page
   std::string no_picture_reason;
+  std::size_t pictures_left_out = 0;  // maps beyond those that are drawn
   Traceability traceability;
 };
 
 inline constexpr std::size_t kMostRows = 20000;           // of all tables together
 inline constexpr std::size_t kMostOutlinePoints = 20000;  // of one section's outlines
 inline constexpr std::size_t kMostSections = 100;
-inline constexpr std::size_t kMostPictures = 12;
+inline constexpr std::size_t kMostPictures = 12;  // of one map
+inline constexpr std::size_t kMostPicturedMaps = 6;
 
 // What both writers ask before they write a byte. INVALID_ARGUMENT names the field: numbers that are not finite or beyond 1e9, a value beside
 // the verdict NOT_MEASURED or none beside another, an uncertainty without a value or below 0, an expanded uncertainty or limits that cannot

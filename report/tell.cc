@@ -124,13 +124,18 @@ void TellPlots(const Report& report, Document* document) {
 }
 
 void TellPicture(const Report& report, Document* document) {
-  if (!report.deviation_picture || report.deviation_picture->views.empty()) {
+  if (report.deviation_pictures.empty() || report.deviation_pictures.front().views.empty()) {
     document->blocks.emplace_back(Paragraph{"Deviation of the surface: " + std::string(kNotMeasuredText) + ". " +
                                                 ToldOr(report.no_picture_reason, "No reason is given."),
                                             Tone::kMissing});
     return;
   }
-  const DeviationPicture& picture = *report.deviation_picture;
+  document->blocks.emplace_back(Figures{{DeviationFigure(report.deviation_pictures.front())}});
+}
+
+}  // namespace
+
+Figure DeviationFigure(const DeviationPicture& picture) {
   std::string sides;
   for (const auto& view : picture.views) sides += (sides.empty() ? "" : ", ") + Told(view->name);
   const std::string scale = Shortest(picture.scale_um), band = Shortest(picture.band_um);
@@ -138,11 +143,10 @@ void TellPicture(const Report& report, Document* document) {
   figure.drawing = PlotDeviation(picture, kPortraitWidth_mm, 76);
   figure.alt = "Deviation of the surface from the CAD, seen from: " + sides + ". Blue is inside, red outside, to " +
                scale + " \u00b5m; grey within \u00b1" + band + " \u00b5m; dark and hatched where it was not seen.";
-  figure.caption = "Deviation of the surface from the CAD. Grey within \u00b1" + band + " \u00b5m.";
-  document->blocks.emplace_back(Figures{{std::move(figure)}});
+  figure.caption = "Deviation of the surface from the CAD" + (picture.title.empty() ? "" : ", " + Told(picture.title)) +
+                   ". Grey within \u00b1" + band + " \u00b5m.";
+  return figure;
 }
-
-}  // namespace
 
 std::string MarkOf(Verdict verdict) {
   switch (verdict) {

@@ -24,6 +24,9 @@ void TellFirstPage(const Report& report, Document* document);
 void TellTables(const Report& report, Document* document);
 void TellTraceability(const Report& report, Document* document);
 
+// A map seen from its sides, as wide as a page.
+Figure DeviationFigure(const DeviationPicture& picture);
+
 // The rows of characteristics, with the columns that they need.
 Table CharacteristicTable(const std::string& caption, const std::vector<Characteristic>& characteristics);
 

@@ -115,6 +115,46 @@ Table InclinationTable(const std::vector<Hole>& holes) {
   return table;
 }
 
+// Ours beside theirs: judged is what stands in the tables before.
+void TellOthers(const Report& report, Document* document) {
+  Table table;
+  table.caption =
+      "What other instruments and other positionings say of the same characteristics; the verdict is not by them";
+  table.columns = {
+      {"Characteristic", "", Align::kLeft},       {"Unit", "", Align::kLeft},   {"Measured", "", Align::kRight},
+      {"U (95\u00a0%)", "", Align::kRight},       {"Other", "", Align::kRight}, {"U (95\u00a0%)", "", Align::kRight},
+      {"Measured less other", "", Align::kRight}, {"By", "", Align::kLeft}};
+  const auto add = [&](const std::vector<Characteristic>& characteristics) {
+    for (const Characteristic& c : characteristics) {
+      const int decimals = DecimalsFor(c.unit, {c.nominal, c.lower, c.upper});
+      for (const OtherValue& other : c.others)
+        table.rows.push_back({{ToldOr(c.id)},
+                              {UnitText(c.unit)},
+                              c.value ? NumberCell(c.value, decimals) : Missing(),
+                              NumberCell(c.expanded_uncertainty, decimals),
+                              NumberCell(other.value, decimals),
+                              NumberCell(other.expanded_uncertainty, decimals),
+                              c.value ? Cell{Signed(*c.value - other.value, decimals)} : NumberCell(std::nullopt, 0),
+                              {ToldOr(other.source)}});
+    }
+  };
+  for (const CharacteristicGroup& group : report.groups) add(group.characteristics);
+  for (const Section& section : report.sections) add(section.parameters);
+  if (!table.rows.empty()) document->blocks.emplace_back(std::move(table));
+}
+
+// The first one stands on the first page.
+void TellFurtherPictures(const Report& report, Document* document) {
+  for (std::size_t i = 1; i < report.deviation_pictures.size(); ++i)
+    if (!report.deviation_pictures[i].views.empty())
+      document->blocks.emplace_back(Figures{{DeviationFigure(report.deviation_pictures[i])}});
+  if (report.pictures_left_out > 0)
+    document->blocks.emplace_back(Paragraph{std::to_string(report.pictures_left_out) +
+                                                " more deviation maps are told by region alone: " +
+                                                std::to_string(report.deviation_pictures.size()) + " are drawn.",
+                                            Tone::kQuiet});
+}
+
 void TellSections(const Report& report, Document* document) {
   if (report.sections.empty()) return;
   document->blocks.emplace_back(Heading{"Sections", 2});
@@ -184,6 +224,7 @@ void TellTables(const Report& report, Document* document) {
         CharacteristicTable(After(ToldOr(group.name, "Characteristics"), group.fit_state) +
                                 (group.rule.empty() ? "" : "  \u00b7  judged by " + Told(group.rule)),
                             group.characteristics));
+  TellOthers(report, document);
   document->blocks.emplace_back(Heading{"Holes", 2});
   if (report.holes.empty()) {
     document->blocks.emplace_back(Paragraph{"No hole was judged.", Tone::kMissing});
@@ -197,6 +238,7 @@ void TellTables(const Report& report, Document* document) {
         Paragraph{"Deviation of the surface: " + std::string(kNotMeasuredText) + ".", Tone::kMissing});
   else
     document->blocks.emplace_back(RegionTable(report.regions));
+  TellFurtherPictures(report, document);
   TellSections(report, document);
 }
 

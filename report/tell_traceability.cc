@@ -23,6 +23,12 @@ Table CalibrationTable(const std::vector<CalibrationUsed>& calibrations) {
   return table;
 }
 
+// In two halves, so that it breaks there.
+Cell DigestCell(const std::string& sha256) {
+  if (sha256.empty()) return {std::string(kNotGiven), Tone::kMissing};
+  return {sha256.substr(0, 32) + " " + sha256.substr(32)};
+}
+
 Table ScanTable(const std::vector<ScanUsed>& scans) {
   Table table;
   table.caption = "Scans, with the SHA-256 of their bytes";
@@ -31,15 +37,28 @@ Table ScanTable(const std::vector<ScanUsed>& scans) {
                    {"SHA-256", "", Align::kLeft},
                    {"Points", "", Align::kRight},
                    {"Received", "", Align::kLeft}};
-  for (const ScanUsed& s : scans) {
-    // In two halves, so that it breaks there.
-    const std::string digest =
-        s.sha256.empty() ? std::string(kNotGiven) : s.sha256.substr(0, 32) + " " + s.sha256.substr(32);
+  for (const ScanUsed& s : scans)
     table.rows.push_back({{ToldOr(s.name)},
-                          {digest, s.sha256.empty() ? Tone::kMissing : Tone::kPlain},
+                          DigestCell(s.sha256),
                           {s.point_count ? Grouped(*s.point_count) : "\u2013"},
                           {s.received_at ? TimeWords(*s.received_at) : "\u2013"}});
-  }
+  return table;
+}
+
+Table InstrumentTable(const std::vector<InstrumentUsed>& instruments) {
+  Table table;
+  table.caption = "Other instruments, with the SHA-256 of the file that their values came in";
+  table.columns = {{"Instrument", "", Align::kLeft},
+                   {"Certificate", "", Align::kLeft},
+                   {"Measurement", "", Align::kLeft},
+                   {"SHA-256", "", Align::kLeft},
+                   {"Measured", "", Align::kLeft}};
+  for (const InstrumentUsed& i : instruments)
+    table.rows.push_back({{ToldOr(i.name)},
+                          {ToldOr(i.certificate), i.certificate.empty() ? Tone::kMissing : Tone::kPlain},
+                          {ToldOr(i.measurement)},
+                          DigestCell(i.file_sha256),
+                          {i.measured_at ? TimeWords(*i.measured_at) : "\u2013"}});
   return table;
 }
 
@@ -91,6 +110,7 @@ void TellTraceability(const Report& report, Document* document) {
   document->blocks.emplace_back(std::move(facts));
   document->blocks.emplace_back(CalibrationTable(t.calibrations));
   document->blocks.emplace_back(ScanTable(t.scans));
+  if (!t.instruments.empty()) document->blocks.emplace_back(InstrumentTable(t.instruments));
   if (t.budgets.empty()) document->blocks.emplace_back(Paragraph{"No budget of uncertainty is given.", Tone::kMissing});
   for (const Budget& budget : t.budgets) document->blocks.emplace_back(BudgetTable(budget));
 }

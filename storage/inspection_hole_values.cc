@@ -9,29 +9,37 @@
 namespace sixpoint::storage {
 namespace {
 
-// A hole's numbers come in one column each; kHoleNumbers of them from $6 on, then both budgets.
+// A hole's numbers come in one column each; kHoleNumbers of them from $6 on, then both budgets, then those of the stated positioning.
 constexpr char kInsertHoles[] =
     "INSERT INTO inspection_hole_values (inspection_id, position_index, measured_by, along_is, diameter_reason, "
     "along_in_part, across_in_part, along_um, along_expanded_uncertainty_um, across_um, "
     "across_expanded_uncertainty_um, inclination_along_deg, inclination_along_expanded_uncertainty_deg, "
     "inclination_across_deg, inclination_across_expanded_uncertainty_deg, pin_diameter_expanded_uncertainty_um, "
-    "diameter_mm, diameter_expanded_uncertainty_um, along_budget_um, across_budget_um) SELECT $1::uuid, "
+    "diameter_mm, diameter_expanded_uncertainty_um, along_budget_um, across_budget_um, "
+    "position_stated_expanded_uncertainty_um, inclination_stated_expanded_uncertainty_deg, "
+    "positioning_difference_deg, displacement_covariance_um2, displacement_coverage_factor) SELECT $1::uuid, "
     "hole::integer, measured_by, along_is, reason, ARRAY[ax, ay, az], ARRAY[cx, cy, cz], n1, n2, n3, n4, n5, n6, n7, "
-    "n8, n9, n10, n11, nullif(along_budget, '')::real[], nullif(across_budget, '')::real[] FROM "
+    "n8, n9, n10, n11, nullif(along_budget, '')::real[], nullif(across_budget, '')::real[], s1, s2, s3, CASE WHEN s4 "
+    "IS "
+    "NOT NULL THEN ARRAY[s4, s5, s6] END, s7 FROM "
     "unnest($2::double precision[], $3::text[], $4::text[], $5::text[], $6::double precision[], "
     "$7::double precision[], $8::double precision[], $9::double precision[], $10::double precision[], "
     "$11::double precision[], $12::double precision[], $13::double precision[], $14::double precision[], "
     "$15::double precision[], $16::double precision[], $17::double precision[], $18::double precision[], "
     "$19::double precision[], $20::double precision[], $21::double precision[], $22::double precision[], "
-    "$23::text[], $24::text[]) AS holes (hole, measured_by, along_is, reason, ax, ay, az, cx, cy, cz, n1, n2, n3, n4, "
-    "n5, n6, n7, n8, n9, n10, n11, along_budget, across_budget)";
-constexpr std::size_t kHoleNumbers = 17;
+    "$23::text[], $24::text[], $25::double precision[], $26::double precision[], $27::double precision[], "
+    "$28::double precision[], $29::double precision[], $30::double precision[], $31::double precision[]) AS holes "
+    "(hole, measured_by, along_is, reason, ax, ay, az, cx, cy, cz, n1, n2, n3, n4, "
+    "n5, n6, n7, n8, n9, n10, n11, along_budget, across_budget, s1, s2, s3, s4, s5, s6, s7)";
+constexpr std::size_t kHoleNumbers = 17, kStatedNumbers = 7;
 constexpr char kSelectHoles[] =
     "SELECT inspection_id, position_index, measured_by, along_is, diameter_reason, along_in_part, across_in_part, "
     "along_um, along_expanded_uncertainty_um, across_um, across_expanded_uncertainty_um, inclination_along_deg, "
     "inclination_along_expanded_uncertainty_deg, inclination_across_deg, "
     "inclination_across_expanded_uncertainty_deg, pin_diameter_expanded_uncertainty_um, diameter_mm, "
-    "diameter_expanded_uncertainty_um, along_budget_um, across_budget_um FROM inspection_hole_values WHERE "
+    "diameter_expanded_uncertainty_um, along_budget_um, across_budget_um, position_stated_expanded_uncertainty_um, "
+    "inclination_stated_expanded_uncertainty_deg, positioning_difference_deg, displacement_covariance_um2, "
+    "displacement_coverage_factor FROM inspection_hole_values WHERE "
     "inspection_id = ANY ($1::uuid[]) ORDER BY inspection_id, position_index";
 constexpr char kInsertPitches[] =
     "INSERT INTO inspection_pitches (inspection_id, position_index, hole_index, next_index, reason, nominal_pitch_mm, "
@@ -48,10 +56,20 @@ constexpr char kSelectPitches[] =
 
 using Numbers = std::vector<std::optional<double>>;
 
+void AddStated(const std::optional<StatedPositioningRow>& row, std::vector<Numbers>* columns) {
+  std::size_t column = 0;
+  for (const auto number :
+       {&StatedPositioningRow::position_expanded_uncertainty_um,
+        &StatedPositioningRow::inclination_expanded_uncertainty_deg, &StatedPositioningRow::positioning_difference_deg,
+        &StatedPositioningRow::along_variance_um2, &StatedPositioningRow::covariance_um2,
+        &StatedPositioningRow::across_variance_um2, &StatedPositioningRow::coverage_factor})
+    (*columns)[column++].push_back(row ? std::optional<double>((*row).*number) : std::nullopt);
+}
+
 Params HolesParams(const InspectionRow& inspection) {
   std::vector<double> places;
   std::vector<std::string> measured_by, along_is, reasons, along_budgets, across_budgets;
-  std::vector<Numbers> numbers(kHoleNumbers);
+  std::vector<Numbers> numbers(kHoleNumbers), stated(kStatedNumbers);
   for (std::size_t i = 0; i < inspection.holes.size(); ++i) {
     if (!inspection.holes[i].values) continue;
     const HoleDetailRow& values = *inspection.holes[i].values;
@@ -72,11 +90,14 @@ Params HolesParams(const InspectionRow& inspection) {
     numbers[column++].push_back(values.pin_diameter_expanded_uncertainty_um);
     numbers[column++].push_back(values.diameter_mm);
     numbers[column++].push_back(values.diameter_expanded_uncertainty_um);
+    AddStated(values.in_stated_positioning, &stated);
   }
   Params params;
   params.Uuid(inspection.inspection_id).Reals(places).Texts(measured_by).Texts(along_is).Texts(reasons);
   for (const Numbers& column : numbers) params.OptionalReals(column);
-  return params.Texts(along_budgets).Texts(across_budgets);
+  params.Texts(along_budgets).Texts(across_budgets);
+  for (const Numbers& column : stated) params.OptionalReals(column);
+  return params;
 }
 
 HoleDetailRow ReadHole(const Rows& rows, int row) {
@@ -93,6 +114,12 @@ HoleDetailRow ReadHole(const Rows& rows, int row) {
   values.pin_diameter_expanded_uncertainty_um = rows.OptionalReal(row, 15);
   values.diameter_mm = rows.OptionalReal(row, 16);
   values.diameter_expanded_uncertainty_um = rows.OptionalReal(row, 17);
+  if (!rows.IsNull(row, 20)) {
+    const std::array<double, 3> covariance_um2 = ThreeOf(rows.Reals(row, 23));
+    values.in_stated_positioning =
+        StatedPositioningRow{rows.Real(row, 20), rows.Real(row, 21), rows.Real(row, 22), covariance_um2[0],
+                             covariance_um2[2],  covariance_um2[1],  rows.Real(row, 24)};
+  }
   return values;
 }
 

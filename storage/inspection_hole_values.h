@@ -21,6 +21,14 @@ struct StatedValueRow {
   std::vector<double> budget_um = {};          // of an angle empty
 };
 
+// Uncertainties of a hole in the positioning that its inspection states, 95 %, without what other positionings would say.
+struct StatedPositioningRow {
+  double position_expanded_uncertainty_um = 0, inclination_expanded_uncertainty_deg = 0;
+  double positioning_difference_deg = 0;  // how far the others turn its axis, at most
+  double along_variance_um2 = 0, across_variance_um2 = 0, covariance_um2 = 0;  // of along_um and across_um
+  double coverage_factor = 0;                                                  // of a displacement in any direction
+};
+
 struct HoleDetailRow {
   std::string measured_by;  // PIN, BORE
   std::string along_is;     // AXIS_IN_SURFACE, PART_Z, PART_X
@@ -29,7 +37,8 @@ struct HoleDetailRow {
   StatedValueRow inclination_along_deg, inclination_across_deg;
   std::optional<double> pin_diameter_expanded_uncertainty_um;  // none: a bore
   std::optional<double> diameter_mm, diameter_expanded_uncertainty_um;
-  std::string diameter_reason;  // empty exactly where there is a diameter
+  std::string diameter_reason;                                               // empty exactly where there is a diameter
+  std::optional<StatedPositioningRow> in_stated_positioning = std::nullopt;  // none: made before they were kept
 };
 
 struct HolePitchRow {

@@ -55,6 +55,8 @@ struct HoleFinding {
   double pin_half_play_mm = 0;                                          // in the expanded uncertainties
   // How far the other positionings (InspectionOptions) move the hole, at most: in the expanded uncertainties.
   double positioning_difference_mm = 0, positioning_difference_rad = 0;
+  // 95 %, without them: a drawing that names its datums asks for no other positioning.
+  double position_stated_expanded_uncertainty_mm = 0, inclination_stated_expanded_uncertainty_rad = 0;
   int point_count = 0;
   double pin_residual_rms_um = 0;
   std::string reason;  // why it was not measured, or not judged although it was
@@ -145,6 +147,7 @@ class BladeInspection {
   // The verdicts that the values and their uncertainties allow.
   void Judge(const InspectedHole& hole, const PinPlay& play, HoleFinding* finding) const;
   std::vector<MovedHole> MovedBy(const NominalPin& nominal, const HoleError& error) const;
+  // Into the standard uncertainties.
   static void AddPositioning(const std::vector<MovedHole>& moved, HoleFinding* finding);
   // A hole's finding, and what its pitches need of it.
   struct Judged {

@@ -25,6 +25,29 @@ ValueEffect MovedBy(const MeasuredHole& hole, double value, const Of& of) {
   return OtherPositionings(greatest);
 }
 
+SurfaceUncertainty InStatedPositioning(const SurfaceDirections& directions, const MeasuredHole& hole) {
+  Eigen::Matrix<double, 2, 5> per_parameter;
+  per_parameter << directions.along.transpose() * hole.start_per_parameter,
+      directions.across.transpose() * hole.start_per_parameter;
+  SurfaceUncertainty uncertainty;
+  for (const CylinderSource& source : hole.sources) {
+    const Eigen::Matrix<double, 2, Eigen::Dynamic> per_sigma = per_parameter * source.per_sigma;
+    uncertainty.covariance_mm2 += per_sigma * per_sigma.transpose();
+  }
+  // Which cause weighs how much goes with the direction, and the degrees of freedom with it.
+  constexpr int kDirections = 36;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = 3.14159265358979323846 * i / kDirections;
+    const Eigen::RowVector2d towards(std::cos(angle), std::sin(angle));
+    const double variance_mm2 = towards * uncertainty.covariance_mm2 * towards.transpose();
+    const StatedLength length = StateLength(0, EffectsOf(towards * per_parameter, hole.sources, hole.index));
+    if (variance_mm2 > 0)
+      uncertainty.coverage_factor =
+          std::max(uncertainty.coverage_factor, length.expanded_uncertainty_mm / std::sqrt(variance_mm2));
+  }
+  return uncertainty;
+}
+
 }  // namespace
 
 SurfaceDirections SurfaceDirectionsOf(const Vector3d& axis, const Vector3d& normal) {
@@ -69,6 +92,7 @@ HoleDisplacement DisplacementOf(const NominalPin& nominal, const PinFit& fit, co
   };
   displacement.along = length(displacement.directions.along);
   displacement.across = length(displacement.directions.across);
+  displacement.in_stated_positioning = InStatedPositioning(displacement.directions, hole);
 
   const auto angle = [&](const Vector3d& direction) {
     // Across the nominal axis, of which the slopes are.

@@ -53,9 +53,17 @@ struct MeasuredHole {
 inline constexpr char kOtherPositionings[] = "other positionings";
 ValueEffect OtherPositionings(double greatest_difference);
 
+// What a displacement in the surface is uncertain by in the positioning that it is stated in, without what other positionings would say: a
+// drawing that names its datums asks for no other.
+struct SurfaceUncertainty {
+  Eigen::Matrix2d covariance_mm2 = Eigen::Matrix2d::Zero();  // of (along, across)
+  double coverage_factor = 0;                                // 95 %; the greatest of all directions in the surface
+};
+
 struct HoleDisplacement {
   SurfaceDirections directions;
   StatedLength along, across;  // of the start from the nominal start
+  SurfaceUncertainty in_stated_positioning;
   // Of the axis from the nominal axis: the angle in the plane of the nominal axis and `along`, positive where the axis leans further
   // towards `along` (a leaning hole is flatter than drawn), and the angle towards `across`.
   StatedAngle inclination_along, inclination_across;

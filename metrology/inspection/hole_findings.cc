@@ -147,6 +147,9 @@ BladeInspection::Judged BladeInspection::ByCylinder(std::size_t hole, const Nomi
               {},
               MovedBy(pin, finding.error)};
   for (const Part& part : parts) measured.sources.push_back(part.cause);
+  Expand(parts, &finding);
+  finding.position_stated_expanded_uncertainty_mm = finding.position_expanded_uncertainty_mm;
+  finding.inclination_stated_expanded_uncertainty_rad = finding.inclination_expanded_uncertainty_rad;
   AddPositioning(measured.moved, &finding);
   Expand(parts, &finding);
   finding.displacement = DisplacementOf(pin, fit, measured);

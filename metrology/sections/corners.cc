@@ -47,6 +47,10 @@ class Finder {
     for (const Place& place : found)
       if (NearestOf(kept, place.at_mm) > 0.6 * place.reach_mm) kept.push_back(place);
     std::vector<OutlineCorner> corners;
+    const auto taken = [&](double at_mm) {
+      return std::any_of(corners.begin(), corners.end(),
+                         [&](const OutlineCorner& corner) { return Apart(corner.at_mm, at_mm) <= search_.clear_mm; });
+    };
     for (const Place& place : kept) {
       // Once more about the corner itself, and no farther than the next one.
       std::vector<Place> others;
@@ -58,7 +62,8 @@ class Finder {
       const Place& best = again ? *again : place;
       double at = AtOf(best);
       at -= chain_.length_mm * std::floor(at / chain_.length_mm);
-      corners.push_back({at, best.corner_mm});
+      // Two places may have found the same corner: the better one came first.
+      if (!taken(at)) corners.push_back({at, best.corner_mm});
     }
     std::sort(corners.begin(), corners.end(),
               [](const OutlineCorner& a, const OutlineCorner& b) { return a.at_mm < b.at_mm; });

@@ -70,10 +70,19 @@ class Fitter {
       Join join;
     };
     std::vector<Break> breaks;
-    for (const OutlineCorner& corner : corners_) breaks.push_back({corner.at_mm, corner.at_mm, Join::kCorner});
     const std::size_t n = chain_.points_mm.size();
     for (std::size_t i = 0; i < n; ++i)
       if (chain_.gap_before[i]) breaks.push_back({chain_.at_mm[(i + n - 1) % n], chain_.at_mm[i], Join::kGap});
+    // Of a corner in a gap nothing was seen: the gap stands for it.
+    const auto ahead = [&](double from_mm, double to_mm) {
+      return to_mm - from_mm - chain_.length_mm * std::floor((to_mm - from_mm) / chain_.length_mm);
+    };
+    const std::size_t gaps = breaks.size();
+    for (const OutlineCorner& corner : corners_)
+      if (std::none_of(breaks.begin(), breaks.begin() + static_cast<std::ptrdiff_t>(gaps), [&](const Break& gap) {
+            return ahead(gap.end_mm, corner.at_mm) <= ahead(gap.end_mm, gap.begin_mm);
+          }))
+        breaks.push_back({corner.at_mm, corner.at_mm, Join::kCorner});
     std::sort(breaks.begin(), breaks.end(), [](const Break& a, const Break& b) { return a.begin_mm < b.begin_mm; });
     if (breaks.empty()) stretches_.push_back({0, chain_.length_mm, true, Join::kSmooth});
     for (std::size_t k = 0; k < breaks.size(); ++k) {

@@ -22,10 +22,9 @@ FoundValue NotMeasured(const std::string& reason) {
   return found;
 }
 
-// Of what is left without them the degrees of freedom are not kept: Student's factor of 95 % at eight.
+// The drawing says by which datums a hole is positioned: what other positionings would say is no uncertainty of that. So it is kept apart;
+// of inspections from before it was, the budget tells. Of what is left its degrees of freedom are not known: Student's factor of 95 % at eight.
 constexpr double kCoverage = 2.306;
-
-// The drawing says by which datums a hole is positioned: what other positionings would say is no uncertainty of that.
 template <typename Budget>
 double WithoutOtherPositionings(double expanded_uncertainty_um, const Budget& budget) {
   double variance_um2 = 0;
@@ -36,8 +35,35 @@ double WithoutOtherPositionings(double expanded_uncertainty_um, const Budget& bu
                         : std::min(expanded_uncertainty_um, kCoverage * std::sqrt(variance_um2));
 }
 
-// Of the hole's start from its nominal one, along a direction that is told across the drawn axis. The two values' errors may go together in
-// any way: their uncertainties are added.
+// Of by_along times the displacement along and by_across times that across, um. Where their covariance is not kept the two errors may go
+// together in any way: their uncertainties are added.
+double DisplacementUncertainty_um(const v1::HoleResult& hole, double by_along, double by_across) {
+  if (hole.has_in_stated_positioning()) {
+    const v1::StatedPositioning& stated = hole.in_stated_positioning();
+    const double variance_um2 = by_along * by_along * stated.along_variance_um2() +
+                                2 * by_along * by_across * stated.covariance_um2() +
+                                by_across * by_across * stated.across_variance_um2();
+    return stated.displacement_coverage_factor() * std::sqrt(std::max(0.0, variance_um2));
+  }
+  const auto expanded = [](const v1::SignedValue& value) {
+    return WithoutOtherPositionings(value.expanded_uncertainty(), value.budget());
+  };
+  return std::abs(by_along) * expanded(hole.displacement().along_um()) +
+         std::abs(by_across) * expanded(hole.displacement().across_um());
+}
+
+double PositionUncertainty_um(const v1::HoleResult& hole) {
+  return hole.has_in_stated_positioning()
+             ? hole.in_stated_positioning().position_expanded_uncertainty_um()
+             : WithoutOtherPositionings(hole.position_expanded_uncertainty_um(), hole.budget());
+}
+
+double InclinationUncertainty_deg(const v1::HoleResult& hole) {
+  return hole.has_in_stated_positioning() ? hole.in_stated_positioning().inclination_expanded_uncertainty_deg()
+                                          : hole.inclination_expanded_uncertainty_deg();
+}
+
+// Of the hole's start from its nominal one, along a direction that is told across the drawn axis.
 FoundValue DisplacementIn(const v1::HoleResult& hole, const Characteristic& characteristic, const HoleGroup& group) {
   if (!hole.has_displacement()) return NotMeasured(kNotKept);
   using Vector = Eigen::Vector3d;
@@ -49,14 +75,10 @@ FoundValue DisplacementIn(const v1::HoleResult& hole, const Characteristic& char
   const v1::HoleDisplacement& displacement = hole.displacement();
   const double by_along = along.dot(vector(displacement.along_in_part()));
   const double by_across = along.dot(vector(displacement.across_in_part()));
-  const auto expanded = [](const v1::SignedValue& value) {
-    return WithoutOtherPositionings(value.expanded_uncertainty(), value.budget());
-  };
   const double mm = PerMillimetre(characteristic) * kMmPerUm;
   FoundValue found;
   found.values = {{mm * (by_along * displacement.along_um().value() + by_across * displacement.across_um().value()),
-                   mm * (std::abs(by_along) * expanded(displacement.along_um()) +
-                         std::abs(by_across) * expanded(displacement.across_um()))}};
+                   mm * DisplacementUncertainty_um(hole, by_along, by_across)}};
   return found;
 }
 
@@ -82,13 +104,11 @@ FoundValue HoleValue(const v1::HoleResult& hole, const Characteristic& character
   FoundValue found;
   switch (characteristic.quantity()) {
     case CHARACTERISTIC_QUANTITY_HOLE_POSITION:
-      found.values = {
-          {mm * hole.position_error_mm(),
-           mm * kMmPerUm * WithoutOtherPositionings(hole.position_expanded_uncertainty_um(), hole.budget())}};
+      found.values = {{mm * hole.position_error_mm(), mm * kMmPerUm * PositionUncertainty_um(hole)}};
       LeaveOpen(mm * play_mm * feature.slant, &found);
       return found;
     case CHARACTERISTIC_QUANTITY_HOLE_INCLINATION:
-      found.values = {{hole.inclination_error_deg(), hole.inclination_expanded_uncertainty_deg()}};
+      found.values = {{hole.inclination_error_deg(), InclinationUncertainty_deg(hole)}};
       LeaveOpen(2 * play_mm / group.depth_mm() / kRad, &found);
       return found;
     case CHARACTERISTIC_QUANTITY_HOLE_DIAMETER:

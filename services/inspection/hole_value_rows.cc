@@ -35,6 +35,18 @@ StatedValueRow Degrees(const metrology::StatedAngle& angle) {
   return {kTo_deg * angle.value_rad, kTo_deg * angle.expanded_uncertainty_rad};
 }
 
+storage::StatedPositioningRow StatedRowOf(const metrology::HoleFinding& finding) {
+  const metrology::SurfaceUncertainty& lies = finding.displacement->in_stated_positioning;
+  const Eigen::Matrix2d covariance_um2 = kTo_um * kTo_um * lies.covariance_mm2;
+  return {kTo_um * finding.position_stated_expanded_uncertainty_mm,
+          kTo_deg * finding.inclination_stated_expanded_uncertainty_rad,
+          kTo_deg * finding.positioning_difference_rad,
+          covariance_um2(0, 0),
+          covariance_um2(1, 1),
+          covariance_um2(0, 1),
+          lies.coverage_factor};
+}
+
 storage::HoleDetailRow ValuesRowOf(const metrology::HoleFinding& finding) {
   const metrology::HoleDisplacement& displacement = *finding.displacement;
   storage::HoleDetailRow row;
@@ -46,6 +58,7 @@ storage::HoleDetailRow ValuesRowOf(const metrology::HoleFinding& finding) {
   row.across_um = Lengths(displacement.across);
   row.inclination_along_deg = Degrees(displacement.inclination_along);
   row.inclination_across_deg = Degrees(displacement.inclination_across);
+  row.in_stated_positioning = StatedRowOf(finding);
   if (finding.pin_diameter)
     row.pin_diameter_expanded_uncertainty_um = kTo_um * finding.pin_diameter->seen.expanded_uncertainty_mm;
   if (finding.hole_diameter.found) {
@@ -78,6 +91,16 @@ void ToProto(const StatedValueRow& row, v1::SignedValue* out) {
   out->set_expanded_uncertainty(row.expanded_uncertainty);
 }
 
+void ToProto(const storage::StatedPositioningRow& row, v1::StatedPositioning* out) {
+  out->set_position_expanded_uncertainty_um(row.position_expanded_uncertainty_um);
+  out->set_inclination_expanded_uncertainty_deg(row.inclination_expanded_uncertainty_deg);
+  out->set_positioning_difference_deg(row.positioning_difference_deg);
+  out->set_along_variance_um2(row.along_variance_um2);
+  out->set_across_variance_um2(row.across_variance_um2);
+  out->set_covariance_um2(row.covariance_um2);
+  out->set_displacement_coverage_factor(row.coverage_factor);
+}
+
 absl::Status AddBudget(const storage::InspectionRow& row, const std::vector<double>& budget_um,
                        google::protobuf::RepeatedPtrField<uncertainty::v1::UncertaintyComponent>* out) {
   const auto budget = clients::BudgetOf("inspection " + row.inspection_id, row.budget_sources, budget_um);
@@ -102,6 +125,7 @@ absl::Status ToProto(const storage::InspectionRow& inspection, const storage::Ho
   ToProto(row.across_um, displacement.mutable_across_um());
   ToProto(row.inclination_along_deg, displacement.mutable_inclination_along_deg());
   ToProto(row.inclination_across_deg, displacement.mutable_inclination_across_deg());
+  if (row.in_stated_positioning) ToProto(*row.in_stated_positioning, hole->mutable_in_stated_positioning());
   if (row.pin_diameter_expanded_uncertainty_um)
     hole->set_pin_diameter_expanded_uncertainty_um(*row.pin_diameter_expanded_uncertainty_um);
   if (row.diameter_mm) {

@@ -58,10 +58,10 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
                                             OurValuesOf(storage::AssessmentsIn(database)), peers)});
   services.push_back(
       {v1::ReportService::service_full_name(),
-       std::make_unique<ReportService>(
-           ReportSources{storage::InspectionsIn(database), storage::DeviationsIn(database),
-                         storage::SectionsIn(database), AssessmentFrom(storage::AssessmentsIn(database))},
-           peers)});
+       std::make_unique<ReportService>(ReportSources{storage::InspectionsIn(database), storage::DeviationsIn(database),
+                                                     storage::SectionsIn(database), storage::MeasurementsIn(database),
+                                                     AssessmentFrom(storage::AssessmentsIn(database))},
+                                       peers)});
   services.push_back(
       {v1::ValueService::service_full_name(), std::make_unique<ValueService>(storage::ValuesIn(database))});
   services.push_back(

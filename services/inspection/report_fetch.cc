@@ -7,6 +7,7 @@
 
 #include "services/inspection/deviation_drawing.h"
 #include "services/inspection/deviation_messages.h"
+#include "services/inspection/measurement_messages.h"
 #include "services/inspection/messages.h"
 #include "services/inspection/order_checks.h"
 #include "services/inspection/section_messages.h"
@@ -98,33 +99,35 @@ class Fetch {
     return absl::OkStatus();
   }
 
-  // Of the first map.
-  absl::Status Picture() {
+  // Of the first maps.
+  absl::Status Pictures() {
     if (inputs_.maps.empty()) {
       inputs_.no_picture_reason = "No deviation map is among the results.";
       return absl::OkStatus();
     }
-    const v1::DeviationMap& map = inputs_.maps.front();
-    const auto patches = sources_.deviations->Patches(runtime::LastSegment(map.name()), caller_.deadline);
-    if (!patches.ok()) return patches.status();
-    if (!patches->has_value()) return absl::DataLossError(map.name() + ": no patches, want those of its surface");
     const auto surface = peers_.plant.GetSurface(inputs_.part, caller_.make_context(), caller_.keep_going);
     if (!surface.ok()) return surface.status();
-    auto picture = DrawMap(**surface, map, (*patches)->means_um);
-    // A surface that cannot be drawn is no reason to tell nothing of it.
-    if (absl::IsInvalidArgument(picture.status())) {
-      inputs_.no_picture_reason = "It cannot be drawn: " + std::string(picture.status().message());
-      return absl::OkStatus();
+    for (std::size_t i = 0; i < std::min(inputs_.maps.size(), report::kMostPicturedMaps); ++i) {
+      const v1::DeviationMap& map = inputs_.maps[i];
+      const auto patches = sources_.deviations->Patches(runtime::LastSegment(map.name()), caller_.deadline);
+      if (!patches.ok()) return patches.status();
+      if (!patches->has_value()) return absl::DataLossError(map.name() + ": no patches, want those of its surface");
+      auto picture = DrawMap(**surface, map, (*patches)->means_um);
+      // A surface that cannot be drawn is no reason to tell nothing of it.
+      if (absl::IsInvalidArgument(picture.status())) {
+        inputs_.no_picture_reason = "It cannot be drawn: " + std::string(picture.status().message());
+        return absl::OkStatus();
+      }
+      if (!picture.ok()) return picture.status();
+      inputs_.pictures.push_back(*std::move(picture));
     }
-    if (!picture.ok()) return picture.status();
-    inputs_.picture = *std::move(picture);
     return absl::OkStatus();
   }
 
  private:
   absl::Status Result(const std::string& field, const std::string& name) {
-    // Its values stand in the assessment's findings.
-    if (IsOf(name, "measurements/")) return absl::OkStatus();
+    // Its values stand in the assessment's findings; whose they are is told with them.
+    if (IsOf(name, "measurements/")) return Keep(field, FindMeasurement(name), &inputs_.measurements);
     if (IsOf(name, "inspections/"))
       return Keep(field,
                   Find<v1::Inspection>(*sources_.inspections, "inspections", name, errors::v1::INSPECTION_NOT_FOUND),
@@ -137,6 +140,10 @@ class Fetch {
         field,
         Find<v1::SectionMeasurement>(*sources_.sections, "sections", name, errors::v1::SECTION_MEASUREMENT_NOT_FOUND),
         &inputs_.sections);
+  }
+
+  absl::StatusOr<v1::Measurement> FindMeasurement(const std::string& name) const {
+    return Find<v1::Measurement>(*sources_.measurements, "measurements", name, errors::v1::MEASUREMENT_NOT_FOUND);
   }
 
   template <typename Message, typename Row, typename Filter>
@@ -238,7 +245,7 @@ absl::StatusOr<ReportInputs> FetchReport(const ReportSources& sources, const Pee
   if (status.ok()) status = fetch.Registrations();
   if (status.ok()) status = fetch.Equipment();
   if (status.ok()) status = fetch.Outlines();
-  if (status.ok()) status = fetch.Picture();
+  if (status.ok()) status = fetch.Pictures();
   if (!status.ok()) return status;
   return inputs;
 }

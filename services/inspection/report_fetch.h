@@ -13,6 +13,7 @@
 #include "services/runtime/call.h"
 #include "storage/deviations.h"
 #include "storage/inspections.h"
+#include "storage/measurements.h"
 #include "storage/sections.h"
 
 namespace sixpoint::inspection {
@@ -24,6 +25,7 @@ struct ReportSources {
   std::shared_ptr<storage::InspectionStore> inspections;
   std::shared_ptr<storage::DeviationStore> deviations;
   std::shared_ptr<storage::SectionStore> sections;
+  std::shared_ptr<storage::ResultReader<storage::MeasurementRow, storage::MeasurementFilter>> measurements;
   FindAssessment assessment;
 };
 

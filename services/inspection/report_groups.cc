@@ -105,6 +105,25 @@ std::string PlaceOf(const plant::v1::Characteristic& drawn) {
   return "Surface";
 }
 
+// An instrument by its name; a result of ours by how the part was positioned there.
+std::string SourceOf(const v1::OtherValue& other, const std::vector<v1::Measurement>& measurements) {
+  for (const v1::Measurement& measurement : measurements)
+    if (measurement.name() == other.result()) return NameOf(measurement.instrument());
+  const std::string state = FitStateOf(other.method());
+  return state.empty() ? other.result() : "after " + state + ", " + other.result();
+}
+
+Characteristic WithOthers(Characteristic characteristic, const v1::CharacteristicFinding& finding,
+                          const std::vector<v1::Measurement>& measurements) {
+  for (const v1::OtherValue& of : finding.others()) {
+    report::OtherValue& other = characteristic.others.emplace_back();
+    other.source = SourceOf(of, measurements);
+    other.value = of.value();
+    if (of.has_expanded_uncertainty()) other.expanded_uncertainty = of.expanded_uncertainty();
+  }
+  return characteristic;
+}
+
 std::string Joined(const std::string& one, const std::string& other) {
   return one.empty() || other.empty() ? one + other : one + "; " + other;
 }
@@ -134,7 +153,13 @@ void AddGroupsOf(const v1::DeviationMap& map, CharacteristicGroups* groups) {
   }
 }
 
-CharacteristicGroups GroupsOf(const v1::Assessment& assessment, const plant::v1::Drawing& drawing) {
+std::string NameOf(const v1::Instrument& instrument) {
+  return v1::InstrumentKind_Name(instrument.kind()).substr(std::string("INSTRUMENT_KIND_").size()) + " " +
+         instrument.manufacturer() + " " + instrument.model() + ", serial number " + instrument.serial_number();
+}
+
+CharacteristicGroups GroupsOf(const v1::Assessment& assessment, const plant::v1::Drawing& drawing,
+                              const std::vector<v1::Measurement>& measurements) {
   CharacteristicGroups groups;
   const Balloons balloons = BalloonsOf(drawing);
   const std::string general = RuleText(drawing.decision_rule());
@@ -144,7 +169,7 @@ CharacteristicGroups GroupsOf(const v1::Assessment& assessment, const plant::v1:
     const std::string rule = RuleText(finding.decision_rule());
     Add(drawn != nullptr ? PlaceOf(*drawn) : "Not in the drawing",
         drawn != nullptr ? FitStateOf(drawing, *drawn, finding.method()) : FitStateOf(finding.method()),
-        rule == general ? "" : rule, CharacteristicOf(finding, drawn), &groups);
+        rule == general ? "" : rule, WithOthers(CharacteristicOf(finding, drawn), finding, measurements), &groups);
   }
   return groups;
 }

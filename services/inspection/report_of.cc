@@ -215,7 +215,7 @@ report::Report ReportOf(const ReportInputs& inputs) {
   out.verdict = verdict.value_or(report::Verdict::kNotMeasured);
   out.reason = ReasonOf(inputs, !verdict.has_value());
   if (inputs.assessment) {
-    out.groups = GroupsOf(*inputs.assessment, inputs.drawing);
+    out.groups = GroupsOf(*inputs.assessment, inputs.drawing, inputs.measurements);
   } else {
     for (const v1::Inspection& inspection : inputs.inspections) AddGroupsOf(inspection, &out.groups);
     for (const v1::DeviationMap& map : inputs.maps) AddGroupsOf(map, &out.groups);
@@ -225,8 +225,11 @@ report::Report ReportOf(const ReportInputs& inputs) {
   out.holes = ReportedHolesOf(inputs);
   out.regions = RegionsOf(inputs);
   out.sections = SectionsOf(inputs);
-  out.deviation_picture = inputs.picture;
+  out.deviation_pictures = inputs.pictures;
+  for (std::size_t i = 0; inputs.maps.size() > 1 && i < out.deviation_pictures.size(); ++i)
+    out.deviation_pictures[i].title = Numbered("after " + FitStateOf(inputs.maps[i].method()), i, inputs.maps.size());
   out.no_picture_reason = inputs.no_picture_reason;
+  if (!inputs.pictures.empty()) out.pictures_left_out = inputs.maps.size() - inputs.pictures.size();
   out.traceability = TraceabilityOf(inputs);
   return out;
 }

@@ -10,6 +10,7 @@
 #include "sixpoint/calibration/v1/calibration.pb.h"
 #include "sixpoint/ingest/v1/scan.pb.h"
 #include "sixpoint/inspection/v1/assessment.pb.h"
+#include "sixpoint/inspection/v1/measurement.pb.h"
 #include "sixpoint/plant/v1/machine.pb.h"
 #include "sixpoint/plant/v1/part.pb.h"
 #include "sixpoint/registration/v1/registration.pb.h"
@@ -31,7 +32,8 @@ struct ReportInputs {
   std::vector<plant::v1::Machine> machines;
   std::vector<calibration::v1::Calibration> calibrations;
   std::vector<ingest::v1::Scan> scans;
-  std::optional<report::DeviationPicture> picture;  // of the first map
+  std::vector<v1::Measurement> measurements;       // of other instruments, that the assessment names
+  std::vector<report::DeviationPicture> pictures;  // of the first maps
   std::string no_picture_reason;
 };
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "services/inspection/report_groups.h"
 #include "services/inspection/report_of.h"
 #include "services/inspection/report_words.h"
 #include "services/runtime/resource_name.h"
@@ -69,6 +70,16 @@ report::ScanUsed UsedOf(const ingest::v1::Scan& scan) {
   used.sha256 = scan.sha256();
   if (scan.has_received_at()) used.received_at = runtime::MomentOf(scan.received_at());
   if (scan.header().point_count() > 0) used.point_count = scan.header().point_count();
+  return used;
+}
+
+report::InstrumentUsed UsedOf(const v1::Measurement& measurement) {
+  report::InstrumentUsed used;
+  used.name = NameOf(measurement.instrument());
+  used.certificate = measurement.instrument().certificate();
+  used.measurement = measurement.name();
+  used.file_sha256 = measurement.file_sha256();
+  if (measurement.has_measured_at()) used.measured_at = runtime::MomentOf(measurement.measured_at());
   return used;
 }
 
@@ -165,6 +176,7 @@ report::Traceability TraceabilityOf(const ReportInputs& inputs) {
   for (const calibration::v1::Calibration& calibration : inputs.calibrations)
     out.calibrations.push_back(UsedOf(calibration, inputs));
   for (const ingest::v1::Scan& scan : inputs.scans) out.scans.push_back(UsedOf(scan));
+  for (const v1::Measurement& measurement : inputs.measurements) out.instruments.push_back(UsedOf(measurement));
   out.budgets = BudgetsOf(inputs);
   return out;
 }

@@ -104,6 +104,8 @@ inline Section VaneSection(const std::string& name, double height_mm) {
                         parameter("stagger NOSE_TAIL", "deg", 31.25, 0.2, 31.318, 0.021, Verdict::kConform),
                         parameter("thickness INSCRIBED", "mm", 6.204, 0.06, 6.2588, 0.0071, Verdict::kUndecidable),
                         parameter("leading radius", "mm", 1.4, 0.12, 1.4216, 0.0155, Verdict::kConform)};
+  section.parameters[0].others = {{"CMM Acme Nine, serial number 17", 33.4361, 0.0041},
+                                  {"after best fit", 33.4401, {}}};
   Characteristic trailing_radius;
   trailing_radius.id = "trailing radius";
   trailing_radius.unit = "mm";
@@ -210,7 +212,11 @@ inline Report VaneReport(int around = 240, int up = 160) {
   report.sections = {VaneSection("Section AA", 20), VaneSection("Section BB", 60)};
   PictureOptions options;
   options.scale_um = 50, options.band_um = 10;
-  report.deviation_picture = DrawDeviation(VaneSurface(around, up), options).value();
+  report.deviation_pictures.push_back(DrawDeviation(VaneSurface(around, up), options).value());
+  report.deviation_pictures.front().title = "after best fit";
+  report.deviation_pictures.push_back(report.deviation_pictures.front());
+  report.deviation_pictures.back().title = "after six points";
+  report.pictures_left_out = 3;
   report.traceability = VaneTraceability();
   return report;
 }

@@ -345,6 +345,12 @@ TEST(BladeInspection, CoversWhatAnotherPositioningWouldSay) {
     EXPECT_LT(in.position_expanded_uncertainty_mm,
               1.16 * in.positioning_difference_mm + alone->holes[i].position_expanded_uncertainty_mm);
     EXPECT_LE(std::abs(in.error.position_mm - out.error.position_mm), in.position_expanded_uncertainty_mm);
+    // A drawing names one positioning: in that each is as sure as alone.
+    EXPECT_EQ(in.position_stated_expanded_uncertainty_mm, alone->holes[i].position_expanded_uncertainty_mm);
+    EXPECT_EQ(in.inclination_stated_expanded_uncertainty_rad, alone->holes[i].inclination_expanded_uncertainty_rad);
+    EXPECT_GT(in.inclination_expanded_uncertainty_rad, 1.5 * in.inclination_stated_expanded_uncertainty_rad);
+    EXPECT_EQ(in.displacement->in_stated_positioning.covariance_mm2,
+              alone->holes[i].displacement->in_stated_positioning.covariance_mm2);
   }
 }
 

@@ -5,7 +5,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <random>
+#include <string>
 
 #include "metrology/inspection/bore.h"
 #include "metrology/inspection/hole_error.h"
@@ -113,6 +115,41 @@ TEST(HoleDisplacement, OfAnUprightHoleIsToldFromThePart) {
   EXPECT_GT(by_z.along.z(), 0.99);
   const SurfaceDirections leaning = SurfaceDirectionsOf(Vector3d(0.09, 0, 1).normalized(), Vector3d::UnitZ());
   EXPECT_EQ(leaning.reference, SurfaceReference::kHoleAxis);  // 5.1 deg
+}
+
+// Two causes in the surface: one of 3 um at 40 deg known well, one of 2 um at 110 deg known by six readings alone (five degrees of freedom).
+// Other positionings move the hole by 50 um, and are none of it.
+TEST(HoleDisplacement, IsUncertainInEachDirectionByWhatLiesThere) {
+  const double directions_deg[] = {40, 110}, sigmas_mm[] = {0.003, 0.002};
+  const double freedoms[] = {std::numeric_limits<double>::infinity(), 5};
+  NominalPin nominal;
+  nominal.axis = Vector3d(0.6, 0, 0.8);
+  nominal.normal = Vector3d::UnitZ();
+  MeasuredHole hole;
+  hole.axis_in_part = nominal.axis;
+  hole.start_per_parameter.topLeftCorner<2, 2>().setIdentity();  // the surface's x and y are the parameters themselves
+  hole.moved.push_back({Vector3d(0.03, 0.04, 0), nominal.axis});
+  PinFit fit;
+  fit.across = Eigen::Matrix<double, 3, 2>::Identity();
+  for (int i = 0; i < 2; ++i) {
+    Eigen::Matrix<double, 5, Eigen::Dynamic> per_sigma = Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, 1);
+    per_sigma(0, 0) = sigmas_mm[i] * std::cos(directions_deg[i] * kRad);
+    per_sigma(1, 0) = sigmas_mm[i] * std::sin(directions_deg[i] * kRad);
+    hole.sources.push_back({"cause " + std::to_string(i), freedoms[i], true, per_sigma});
+  }
+  const HoleDisplacement found = DisplacementOf(nominal, fit, hole);
+  EXPECT_GT(found.along.expanded_uncertainty_mm,
+            0.03);  // with the other positioning: 30 um / sqrt 3 of standard uncertainty
+  const SurfaceUncertainty& u = found.in_stated_positioning;
+  for (int turn_deg = 0; turn_deg < 180; turn_deg += 7) {
+    const Eigen::Vector2d towards(std::cos(turn_deg * kRad), std::sin(turn_deg * kRad));
+    double variance_mm2 = 0;
+    for (int i = 0; i < 2; ++i)
+      variance_mm2 += std::pow(sigmas_mm[i] * std::cos((directions_deg[i] - turn_deg) * kRad), 2);
+    EXPECT_NEAR(towards.dot(u.covariance_mm2 * towards), variance_mm2, 1e-12);
+  }
+  // Across the first cause only the second is left: Student's 97.5 % quantile of five degrees of freedom, which no direction exceeds.
+  EXPECT_NEAR(u.coverage_factor, 2.571, 0.002);
 }
 
 // Two holes that share an error whole: the pitch has none of it, and each hole all.

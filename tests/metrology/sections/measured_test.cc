@@ -129,6 +129,35 @@ TEST(MeasuredSections, MeasureATruncatedEndAsTheFlatItIs) {
   ExpectWithin(section, P::kThicknessInscribed, *whole.values[P::kThicknessInscribed], 6);
 }
 
+// Both places beside a corner may come upon the same one; taken for two, the outline went around twice and its leading end was lost.
+TEST(MeasuredSections, GoAroundOnce) {
+  int square = 0;
+  // 1250 is the blade that showed it.
+  for (const unsigned seed : {1250u, 3001u, 3002u, 3003u, 3004u, 3005u, 3006u, 3007u, 3008u, 3009u}) {
+    std::mt19937_64 random(seed);
+    Blade blade = RandomBlade(random);
+    blade.trailing = BladeEnd::kSquare;
+    const std::vector<Vector2d> polygon = PolygonOf(blade, 0.02);
+    double around_mm = 0;
+    for (std::size_t i = 0; i < polygon.size(); ++i)
+      around_mm += (polygon[(i + 1) % polygon.size()] - polygon[i]).norm();
+    Measuring measuring;
+    measuring.lean = {0.05, 0.1};
+    OutlineOptions options;
+    options.noise_um = 2;
+    const auto outline = MeasuredOutline(MeasuredOn(polygon, measuring, random), {}, options);
+    ASSERT_TRUE(outline.ok()) << outline.status();
+    const Outline& fitted = outline->fitted.outline;
+    EXPECT_NEAR(fitted.length_mm(), around_mm, 0.003 * around_mm) << "seed " << seed;
+    for (std::size_t i = 0; i < fitted.size(); ++i)
+      if (fitted.nodes()[i].before == Join::kCorner) ++square;
+    const auto camber = CamberOf(fitted, {});
+    ASSERT_TRUE(camber);
+    EXPECT_LT((camber->leading.tip_mm - TruthOf(blade).leading_mm).norm(), 0.02) << "seed " << seed;
+  }
+  EXPECT_EQ(square, 20);
+}
+
 TEST(MeasuredSections, AreTheSameBitsInAnyOrderOnAnyNumberOfThreads) {
   std::mt19937_64 random(24);
   Points points = MeasuredOn(PolygonOf({}, kStepMm), {}, random);

@@ -119,6 +119,15 @@ TEST_F(InspectionServiceTest, TellsWhereHolesLieInTheSurfaceAndHowFarApartTheyAr
     EXPECT_NEAR(lies.across_um().value(), across.dot(off_um), 2 * lies.across_um().expanded_uncertainty());
     EXPECT_LT(lies.along_um().expanded_uncertainty(), 5);
     EXPECT_FALSE(lies.along_um().budget().empty());
+    // Nothing was compared here: as stated they are the same.
+    ASSERT_TRUE(hole.has_in_stated_positioning());
+    const v1::StatedPositioning& stated = hole.in_stated_positioning();
+    EXPECT_EQ(stated.position_expanded_uncertainty_um(), hole.position_expanded_uncertainty_um());
+    EXPECT_EQ(stated.inclination_expanded_uncertainty_deg(), hole.inclination_expanded_uncertainty_deg());
+    EXPECT_EQ(stated.positioning_difference_deg(), 0);
+    const double by_covariance_um = stated.displacement_coverage_factor() * std::sqrt(stated.along_variance_um2());
+    EXPECT_GE(by_covariance_um, 0.999 * lies.along_um().expanded_uncertainty());
+    EXPECT_LT(by_covariance_um, 1.5 * lies.along_um().expanded_uncertainty());
     // 0.44 mm wide, without play.
     ASSERT_TRUE(hole.has_diameter()) << hole.diameter_reason();
     EXPECT_NEAR(hole.diameter().diameter_mm(), 0.44, 1e-3 * hole.diameter().expanded_uncertainty_um());

@@ -125,7 +125,7 @@ class ReportServiceTest : public ::testing::Test {
   SectionService sections_{storage::SectionsIn(plant_.database.database()), peers_, {}};
   ReportService reports_{
       {storage::InspectionsIn(plant_.database.database()), storage::DeviationsIn(plant_.database.database()),
-       storage::SectionsIn(plant_.database.database()),
+       storage::SectionsIn(plant_.database.database()), storage::MeasurementsIn(plant_.database.database()),
        [this](const std::string& name, storage::Deadline) -> absl::StatusOr<v1::Assessment> {
          if (name == assessment_.name()) return assessment_;
          return runtime::Failure(errors::v1::ASSESSMENT_NOT_FOUND, "name: " + name);
@@ -211,6 +211,17 @@ TEST_F(BlockReportTest, WithoutAMapThereIsNoPictureAndItSaysSo) {
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_THAT(report::HtmlText(file->content),
               HasSubstr(Packed("Deviation of the surface: not measured. No deviation map is among the results.")));
+}
+
+TEST_F(BlockReportTest, DrawsEveryMapToSixAndSaysHowManyMore) {
+  std::vector<std::string> maps;
+  for (int i = 0; i < 7; ++i) maps.push_back(Map().name());
+  const auto file = Write(maps, v1::REPORT_FORMAT_HTML);
+  ASSERT_TRUE(file.ok()) << file.status();
+  const std::string text = report::HtmlText(file->content);
+  for (int i = 1; i <= 6; ++i) EXPECT_THAT(text, HasSubstr("(" + std::to_string(i) + ").Greywithin"));
+  EXPECT_THAT(text, Not(HasSubstr("(7).Greywithin")));
+  EXPECT_THAT(text, HasSubstr(Packed("1 more deviation maps are told by region alone: 6 are drawn.")));
 }
 
 TEST_F(BlockReportTest, OfAnAssessmentTheVerdictIsItsOwn) {
