@@ -2,24 +2,13 @@
 
 #include "cli/document.h"
 #include "cli/drawing_document.h"
+#include "cli/region_document.h"
 #include "services/runtime/geometry_proto.h"
 
 namespace sixpoint::cli {
 namespace {
 
 constexpr std::size_t kMost = 64;
-
-void ReadRegion(const Field& region, inspection::v1::SurfaceRegion* out) {
-  region.OnlyKeys({"region", "minimum_in_part_mm", "maximum_in_part_mm", "facing_in_part", "facing_within_deg"});
-  out->set_region(region.At("region").Text());
-  if (const auto corner = region.Find("minimum_in_part_mm"))
-    runtime::ToProto(corner->Vector3(), out->mutable_minimum_in_part_mm());
-  if (const auto corner = region.Find("maximum_in_part_mm"))
-    runtime::ToProto(corner->Vector3(), out->mutable_maximum_in_part_mm());
-  if (const auto facing = region.Find("facing_in_part"))
-    runtime::ToProto(facing->DirectionOfAnyLength(), out->mutable_facing_in_part());
-  if (const auto within = region.Find("facing_within_deg")) out->set_facing_within_deg(within->Positive(180));
-}
 
 void ReadProfile(const Field& profile, inspection::v1::ProfileTolerance* out) {
   profile.OnlyKeys({"characteristic", "region", "zone", "lower_mm", "upper_mm", "least_coverage", "decision_rule"});

@@ -5,6 +5,7 @@
 #include "cli/document.h"
 #include "cli/list_filters.h"
 #include "cli/output.h"
+#include "cli/region_document.h"
 
 namespace sixpoint::cli {
 namespace {
@@ -73,14 +74,9 @@ void ReadSection(const Field& section, plant::v1::DrawingSection* out) {
   out->set_half_width_mm(section.At("half_width_mm").Positive());
 }
 
-void ReadRegion(const Field& region, plant::v1::DrawingRegion* out) {
-  using Region = plant::v1::DrawingRegion;
-  region.OnlyKeys({"region", "minimum_in_part_mm", "maximum_in_part_mm", "facing_in_part", "facing_within_deg"});
-  out->set_region(region.At("region").Text());
-  ReadPoint(region, "minimum_in_part_mm", &Region::mutable_minimum_in_part_mm, out);
-  ReadPoint(region, "maximum_in_part_mm", &Region::mutable_maximum_in_part_mm, out);
-  if (const auto facing = region.Find("facing_in_part")) ReadDirection(*facing, out->mutable_facing_in_part());
-  if (const auto within = region.Find("facing_within_deg")) out->set_facing_within_deg(within->Number());
+void ReadDrawingRegion(const Field& region, plant::v1::DrawingRegion* out) {
+  region.OnlyKeys(RegionKeys());
+  ReadRegion(region, out);
 }
 
 void ReadNeighbour(const Field& neighbour, plant::v1::DrawingNeighbour* out) {
@@ -190,7 +186,7 @@ absl::StatusOr<plant::v1::CreateDrawingRequest> LoadDrawing(const std::string& p
   ReadDecisionRule(root.At("decision_rule"), drawing.mutable_decision_rule());
   ReadList(root, "datum_systems", kMostRevisions, ReadDatumSystem, drawing.mutable_datum_systems());
   ReadList(root, "sections", kMostRevisions, ReadSection, drawing.mutable_sections());
-  ReadList(root, "regions", kMostPlaces, ReadRegion, drawing.mutable_regions());
+  ReadList(root, "regions", kMostPlaces, ReadDrawingRegion, drawing.mutable_regions());
   if (const auto neighbour = root.Find("neighbour")) ReadNeighbour(*neighbour, drawing.mutable_neighbour());
   for (const Field& one : root.At("characteristics").Items(1, kMostCharacteristics))
     ReadCharacteristic(one, drawing.add_characteristics());

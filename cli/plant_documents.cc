@@ -7,6 +7,7 @@
 #include <set>
 
 #include "cli/reference_documents.h"
+#include "cli/region_document.h"
 #include "services/runtime/geometry_proto.h"
 
 namespace sixpoint::cli {
@@ -14,6 +15,7 @@ namespace {
 
 constexpr std::size_t kGreatestGroupCount = 1000;
 constexpr std::size_t kGreatestStationCount = 64;
+constexpr std::size_t kGreatestShapeRegionCount = 64;
 constexpr std::size_t kGreatestHoleCount = 10000;
 
 void ReadJoints(const Field& joints, google::protobuf::RepeatedPtrField<plant::v1::Joint>* out) {
@@ -120,6 +122,22 @@ void ReadStations(const Field& stations, google::protobuf::RepeatedPtrField<plan
   }
 }
 
+void ReadShapeRegions(const Field& regions, google::protobuf::RepeatedPtrField<plant::v1::ShapeRegion>* out) {
+  for (const Field& item : regions.Items(1, kGreatestShapeRegionCount)) {
+    item.OnlyKeys(RegionKeys({"rest", "kind", "allowance_mm", "lower_mm", "upper_mm"}));
+    plant::v1::ShapeRegion& region = *out->Add();
+    ReadRegion(item, &region);
+    if (const auto rest = item.Find("rest")) region.set_rest(rest->Flag());
+    const std::string kind = item.At("kind").Choice({"machined", "fixed", "datum"});
+    region.set_kind(kind == "machined" ? plant::v1::SHAPE_REGION_KIND_MACHINED
+                    : kind == "fixed"  ? plant::v1::SHAPE_REGION_KIND_FIXED
+                                       : plant::v1::SHAPE_REGION_KIND_DATUM);
+    if (const auto allowance = item.Find("allowance_mm")) region.set_allowance_mm(allowance->Number());
+    if (const auto lower = item.Find("lower_mm")) region.set_lower_mm(lower->Number());
+    if (const auto upper = item.Find("upper_mm")) region.set_upper_mm(upper->Number());
+  }
+}
+
 }  // namespace
 
 plant::v1::Sensor ReadSensor(const Field& sensor) {
@@ -197,7 +215,7 @@ plant::v1::Artefact ReadArtefact(const Field& artefact) {
 
 plant::v1::Part ReadPart(const Field& part, const std::string& cad_file, plant::v1::PositionZone unless_said) {
   part.OnlyKeys({"id", "cad", "cad_unit", "solid", "zero_from_part_nominal", "stations", "hole_groups", "six_points",
-                 "thermal_expansion"});
+                 "thermal_expansion", "shape_regions"});
   plant::v1::Part out;
   if (const auto solid = part.Find("solid")) out.set_solid(solid->Text());
   if (const auto expansion = part.Find("thermal_expansion"))
@@ -217,6 +235,7 @@ plant::v1::Part ReadPart(const Field& part, const std::string& cad_file, plant::
   out.set_cad_unit_mm(unit == "mm" ? 1 : unit == "cm" ? 10 : unit == "m" ? 1000 : 25.4);
   ReadNominal(part, out.mutable_zero_from_part_nominal());
   if (const auto stations = part.Find("stations")) ReadStations(*stations, out.mutable_stations());
+  if (const auto regions = part.Find("shape_regions")) ReadShapeRegions(*regions, out.mutable_shape_regions());
   std::set<std::string> names;
   for (const Field& group : part.At("hole_groups").Items(0, kGreatestGroupCount)) {
     ReadHoleGroup(group, unless_said, out.add_hole_groups());

@@ -131,6 +131,7 @@ const std::vector<LedgerTable>& LedgerTables() {
       {"part_hole_groups", "r.record_id", kByPart, false},
       {"part_holes", "r.record_id", kByPart, false},
       {"part_revisions", "t.record_id", "", false},
+      {"part_shape_regions", "r.record_id", kByPart, false},
       {"part_stations", "r.record_id", kByPart, false},
       {"probe_calibration_checks", "t.calibration_id", "", false},
       {"probe_calibration_readings", "t.calibration_id", "", false},

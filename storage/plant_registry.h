@@ -133,6 +133,16 @@ struct StationRow {
   double capture_mm = 0;  // how far any of it may stand from there
 };
 
+// What becomes of a part of the surface where the shape follows the blank.
+struct ShapeRegionRow {
+  std::string region;
+  std::vector<double> minimum_in_part_mm, maximum_in_part_mm, facing_in_part;  // empty: not bounded so
+  std::optional<double> facing_within_deg;
+  std::string kind;                          // MACHINED, FIXED, DATUM
+  std::optional<double> allowance_mm;        // of a machined one alone
+  std::optional<double> lower_mm, upper_mm;  // of all but datums
+};
+
 struct PartRow {
   std::string part_id;
   int revision = 0;  // set by InsertPart, as `recorded`
@@ -146,6 +156,7 @@ struct PartRow {
   std::vector<HoleGroupRow> hole_groups;
   std::vector<DatumPointRow> datum_points;
   std::vector<StationRow> stations;
+  std::vector<ShapeRegionRow> shape_regions;
   std::optional<ExpansionRow> thermal_expansion;
   TessellationRow tessellation;
   Recorded recorded;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/clearances.h"
+#include "storage/optional_reals.h"
 #include "storage/plant_registry.h"
 #include "storage/requests.h"
 
@@ -46,6 +47,10 @@ constexpr char kInsertDatum[] =
 constexpr char kInsertStation[] =
     "INSERT INTO part_stations (part_id, revision, station_index, station, zero_from_part_nominal_rotation, "
     "zero_from_part_nominal_translation_mm, capture_mm) VALUES ($1, $2, $3, $4, $5, $6, $7)";
+constexpr char kInsertShapeRegion[] =
+    "INSERT INTO part_shape_regions (part_id, revision, region_index, region, minimum_in_part_mm, maximum_in_part_mm, "
+    "facing_in_part, facing_within_deg, kind, allowance_mm, lower_mm, upper_mm) VALUES ($1, $2, $3, $4, $5, $6, $7, "
+    "$8, $9, $10, $11, $12)";
 constexpr char kSelectRevision[] =
     "SELECT revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, tessellation_method, "
     "zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, recorded_at, "
@@ -69,6 +74,9 @@ constexpr char kSelectDatums[] =
 constexpr char kSelectStations[] =
     "SELECT station, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, capture_mm "
     "FROM part_stations WHERE part_id = $1 AND revision = $2 ORDER BY station_index";
+constexpr char kSelectShapeRegions[] =
+    "SELECT region, minimum_in_part_mm, maximum_in_part_mm, facing_in_part, facing_within_deg, kind, allowance_mm, "
+    "lower_mm, upper_mm FROM part_shape_regions WHERE part_id = $1 AND revision = $2 ORDER BY region_index";
 
 absl::Status InsertHoles(Transaction& transaction, const PartRow& part) {
   int group_index = 0;
@@ -133,6 +141,31 @@ absl::Status InsertStations(Transaction& transaction, const PartRow& part) {
   return absl::OkStatus();
 }
 
+absl::Status InsertShapeRegions(Transaction& transaction, const PartRow& part) {
+  int index = 0;
+  for (const ShapeRegionRow& region : part.shape_regions) {
+    Params row;
+    row.Text(part.part_id).Int(part.revision).Int(index++).Text(region.region);
+    for (const auto* const values : {&region.minimum_in_part_mm, &region.maximum_in_part_mm, &region.facing_in_part})
+      AddOptionalReals(*values, &row);
+    row.OptionalReal(region.facing_within_deg).Text(region.kind).OptionalReal(region.allowance_mm);
+    row.OptionalReal(region.lower_mm).OptionalReal(region.upper_mm);
+    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertShapeRegion, row); !inserted.ok())
+      return inserted.status();
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadShapeRegions(Transaction& transaction, const Params& key, PartRow* part) {
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectShapeRegions, key);
+  if (!rows.ok()) return rows.status();
+  for (int row = 0; row < rows->count(); ++row)
+    part->shape_regions.push_back({rows->Text(row, 0), OptionalRealsAt(*rows, row, 1), OptionalRealsAt(*rows, row, 2),
+                                   OptionalRealsAt(*rows, row, 3), rows->OptionalReal(row, 4), rows->Text(row, 5),
+                                   rows->OptionalReal(row, 6), rows->OptionalReal(row, 7), rows->OptionalReal(row, 8)});
+  return rows->status();
+}
+
 HoleGroupRow ReadGroup(const Rows& rows, int row) {
   HoleGroupRow group;
   group.group = rows.Text(row, 0);
@@ -173,7 +206,8 @@ absl::Status ReadChildren(Transaction& transaction, PartRow* part) {
         {stations->Text(row, 0), stations->Reals(row, 1), stations->Reals(row, 2), stations->Real(row, 3)});
   for (const absl::StatusOr<Rows>* rows : {&groups, &holes, &datums})
     if (absl::Status read = (*rows)->status(); !read.ok()) return read;
-  return stations->status();
+  if (absl::Status read = stations->status(); !read.ok()) return read;
+  return ReadShapeRegions(transaction, key, part);
 }
 
 }  // namespace
@@ -249,6 +283,7 @@ absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, Recor
   if (const absl::Status holes = InsertHoles(transaction, part); !holes.ok()) return holes;
   if (const absl::Status datums = InsertDatums(transaction, part); !datums.ok()) return datums;
   if (const absl::Status stations = InsertStations(transaction, part); !stations.ok()) return stations;
+  if (const absl::Status regions = InsertShapeRegions(transaction, part); !regions.ok()) return regions;
   const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, record_id, entry);
   if (!recorded.ok()) return recorded.status();
   part.recorded = *recorded;

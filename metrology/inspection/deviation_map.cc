@@ -20,7 +20,6 @@ constexpr double kBin_mm = 1e-4;
 constexpr double kProbability = 0.95;
 constexpr double kMostPatchesOfRadius = 4;
 constexpr float kNoDeviation = std::numeric_limits<float>::quiet_NaN();
-constexpr int kInputs = 6 + kCalibrationParameterCount;
 
 }  // namespace
 
@@ -253,47 +252,22 @@ PatchDeviation DeviationMap::Measured(std::size_t mean_index) const {
   return found;
 }
 
-// Of each patch the mean deviation's change per change of the pose, of what maps the points, and of the scans' angles: scan by scan at the
-// middle of its points.
+// Scan by scan at the middle of its points.
 DeviationCauses DeviationMap::CausesOf(const std::vector<PatchDeviation>& means) const {
-  const RegisteredPose& pose = mapping_.pose();
-  const auto rows = static_cast<Eigen::Index>(means.size());
-  const auto angle_count = static_cast<Eigen::Index>(pose.angles.size());
-  Eigen::MatrixXd inputs = Eigen::MatrixXd::Zero(rows, kInputs), angles = Eigen::MatrixXd::Zero(rows, angle_count);
-  ForEach(means.size(), options_.threads, [&](std::size_t p) {
-    if (!means[p].mean_mm) return;
-    for (std::size_t s = 0; s < scans_.size(); ++s) {
-      const Sums& sums = sums_[s][p];
-      if (sums.count == 0) continue;
-      const auto count = static_cast<double>(sums.count);
-      const Eigen::RowVector3d along =
-          (count / static_cast<double>(means[p].point_count)) * sums.normal.normalized().transpose();
-      const Vector3d in_part = sums.in_part / count;
-      inputs.row(static_cast<Eigen::Index>(p)) +=
-          along * mapping_.Sensitivity(in_part, sums.in_sensor / count, scans_[s]);
-      if (angle_count > 0)
-        angles.row(static_cast<Eigen::Index>(p)) += along * mapping_.AngleSensitivity(in_part, scans_[s]);
-    }
-  });
-  DeviationCauses causes;
-  std::vector<Eigen::MatrixXd> columns;
-  Eigen::Index count = 0;
-  const auto add = [&](const std::string& source, double degrees_of_freedom, Eigen::MatrixXd per_sigma_mm) {
-    causes.causes.push_back({source, degrees_of_freedom, count, per_sigma_mm.cols()});
-    count += per_sigma_mm.cols();
-    columns.push_back(std::move(per_sigma_mm));
-  };
-  const double known = std::numeric_limits<double>::infinity();
-  add("noise of the scans", known, inputs.leftCols<6>() * FactorOf(pose.noise.values));
-  for (const ErrorSource& source : pose.sources)
-    add(source.name, source.degrees_of_freedom,
-        inputs.leftCols<6>() * source.pose_per_sigma +
-            inputs.rightCols<kCalibrationParameterCount>() * source.parameters_per_sigma);
-  if (angle_count > 0) add("angles of the scans", known, angles * FactorOf(ErrorCovariance(pose.angles)));
-  causes.per_sigma_mm.resize(rows, count);
-  for (std::size_t k = 0; k < columns.size(); ++k)
-    causes.per_sigma_mm.middleCols(causes.causes[k].first, causes.causes[k].count) = columns[k];
-  return causes;
+  return metrology::CausesOf(
+      mapping_, means.size(),
+      [&](std::size_t p) {
+        std::vector<MeanPart> parts;
+        for (std::size_t s = 0; s < scans_.size() && means[p].mean_mm; ++s) {
+          const Sums& sums = sums_[s][p];
+          if (sums.count == 0) continue;
+          const auto count = static_cast<double>(sums.count);
+          parts.push_back({scans_[s], count / static_cast<double>(means[p].point_count), sums.normal.normalized(),
+                           sums.in_part / count, sums.in_sensor / count});
+        }
+        return parts;
+      },
+      options_.threads);
 }
 
 void ExpandDeviation(const DeviationCauses& causes, const Eigen::Ref<const Eigen::RowVectorXd>& per_sigma_mm,

@@ -16,6 +16,7 @@
 
 #include "metrology/cloud/deviation_cloud.h"
 #include "metrology/inspection/hole_regions.h"
+#include "metrology/inspection/mean_causes.h"
 #include "metrology/inspection/part_mapping.h"
 #include "metrology/inspection/surface_patches.h"
 #include "metrology/parallel/keep_going.h"
@@ -49,17 +50,6 @@ struct PatchDeviation {
   double standard_uncertainty_mm = 0;  // of the mean, all sources
   double degrees_of_freedom = 0;
   double expanded_uncertainty_mm = 0;  // 95 %
-};
-
-// What a standard deviation of each cause does to the means, so that what they have in common is known.
-struct DeviationCauses {
-  struct Cause {
-    std::string source;
-    double degrees_of_freedom;
-    Eigen::Index first, count;  // columns
-  };
-  std::vector<Cause> causes;
-  Eigen::MatrixXd per_sigma_mm;  // a row a mean, 0 where it was not seen
 };
 
 struct PointCounts {

@@ -30,6 +30,11 @@ class PartMapping {
     return place.part_from_machine * sensor_.MachineFromSensor(sensor_.WithoutField(in_sensor_mm), place.v0_mm);
   }
 
+  // Part frame, unit.
+  Eigen::Vector3d TowardsScanner(const ScanPlace& place) const {
+    return (place.part_from_machine.linear() * sensor_.rotation.col(2)).normalized();
+  }
+
   // Change of a point's place in the part per change of the pose, and of the parameters that map it.
   Eigen::Matrix<double, 3, 6 + kCalibrationParameterCount> Sensitivity(const Eigen::Vector3d& in_part_mm,
                                                                        const Eigen::Vector3d& in_sensor_mm,

@@ -1,5 +1,6 @@
 // Drawings as messages.
 #include "services/plant/messages.h"
+#include "services/plant/surface_where.h"
 #include "services/runtime/contract_words.h"
 #include "services/runtime/decision_rule_proto.h"
 #include "services/runtime/resource_name.h"
@@ -39,10 +40,7 @@ void Set(const storage::DrawingSectionRow& row, v1::DrawingSection* to) {
 
 void Set(const storage::DrawingRegionRow& row, v1::DrawingRegion* to) {
   to->set_region(row.region);
-  if (!row.minimum_in_part_mm.empty()) runtime::SetPoint(row.minimum_in_part_mm, to->mutable_minimum_in_part_mm());
-  if (!row.maximum_in_part_mm.empty()) runtime::SetPoint(row.maximum_in_part_mm, to->mutable_maximum_in_part_mm());
-  if (!row.facing_in_part.empty()) runtime::SetDirection(row.facing_in_part, to->mutable_facing_in_part());
-  if (row.facing_within_deg) to->set_facing_within_deg(*row.facing_within_deg);
+  SetWhere(row, to);
 }
 
 void Set(const storage::CharacteristicRow& row, v1::Characteristic* to) {

@@ -8,6 +8,7 @@
 #include "metrology/frames/pose.h"
 #include "refusal/message_text.h"
 #include "services/plant/checks.h"
+#include "services/plant/validate_shape_regions.h"
 #include "services/runtime/resource_name.h"
 
 namespace sixpoint::plant {
@@ -283,14 +284,16 @@ absl::StatusOr<storage::PartRow> Validated(const v1::CreatePartRequest& request)
   for (int i = 0; i < part.stations_size(); ++i)
     refusals.Add(ReadStation("part.stations[" + std::to_string(i) + "]", part.stations(i), &stations,
                              &row.stations.emplace_back()));
+  refusals.Add(ReadShapeRegions(part, &row.shape_regions));
   if (absl::Status status = refusals.status(); !status.ok()) return status;
   v1::Part described = part;
   described.clear_surface();  // ours to say
   // A process of the release before zones were stated kept no zone of what it took, and the digest of all of it: ours is another.
-  // As little did one before customers, before solids, or before stations.
+  // As little did one before customers, solids, stations or shape regions.
   row.content_sha256 = ContentSha256(
       std::move(described), storage::Sha256Hex(request.cad()) + "zone" + (row.customer_id.empty() ? "" : "customer") +
-                                (row.solid.empty() ? "" : "solid") + (row.stations.empty() ? "" : "stations"));
+                                (row.solid.empty() ? "" : "solid") + (row.stations.empty() ? "" : "stations") +
+                                (row.shape_regions.empty() ? "" : "shape"));
   return row;
 }
 

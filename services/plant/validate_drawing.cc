@@ -7,6 +7,7 @@
 
 #include "services/plant/checks.h"
 #include "services/plant/drawing_checks.h"
+#include "services/plant/surface_where.h"
 #include "services/runtime/contract_words.h"
 #include "services/runtime/decision_rule_proto.h"
 #include "services/runtime/resource_name.h"
@@ -17,7 +18,6 @@ namespace {
 using runtime::Refuse;
 
 constexpr double kGreatestHeight_mm = 1e5;
-constexpr double kUsualFacing_deg = 60;
 constexpr double kCosineOfOneDegree = 0.99984769515639127;
 
 std::string At(const char* field, int i) { return std::string("drawing.") + field + "[" + std::to_string(i) + "]"; }
@@ -60,24 +60,8 @@ absl::Status ReadRegions(const v1::Drawing& in, storage::DrawingRow* drawing) {
     storage::DrawingRegionRow row;
     row.region = one.region();
     refusals.Add(CheckCalled(at + ".region", one.region(), &called));
-    auto &low = row.minimum_in_part_mm, &high = row.maximum_in_part_mm;
-    if (one.has_minimum_in_part_mm())
-      refusals.Add(Read(at + ".minimum_in_part_mm", true, one.minimum_in_part_mm(), &low));
-    if (one.has_maximum_in_part_mm())
-      refusals.Add(Read(at + ".maximum_in_part_mm", true, one.maximum_in_part_mm(), &high));
-    for (std::size_t k = 0; k < std::min(low.size(), high.size()); ++k)
-      if (!(low[k] < high[k]))
-        refusals.Add(Refuse(at + ".maximum_in_part_mm." + "xyz"[k] + "_mm", high[k],
-                            "above minimum_in_part_mm, " + NumberText(low[k])));
-    if (one.has_facing_in_part()) {
-      refusals.Add(Read(at + ".facing_in_part", true, one.facing_in_part(), &row.facing_in_part));
-      row.facing_within_deg = one.has_facing_within_deg() ? one.facing_within_deg() : kUsualFacing_deg;
-      refusals.Add(CheckPositive(at + ".facing_within_deg", *row.facing_within_deg, 180));
-    } else if (one.has_facing_within_deg()) {
-      refusals.Add(Refuse(at + ".facing_within_deg", one.facing_within_deg(), "facing_in_part with it"));
-    }
-    if (!one.has_minimum_in_part_mm() && !one.has_maximum_in_part_mm() && !one.has_facing_in_part())
-      refusals.Add(Refuse(at, "not bounded", "a corner of its box or facing_in_part"));
+    refusals.Add(ReadWhere(at, one, &row));
+    if (!IsBounded(one)) refusals.Add(Refuse(at, "not bounded", "a corner of its box or facing_in_part"));
     drawing->regions.push_back(std::move(row));
   }
   return refusals.status();

@@ -108,6 +108,35 @@ TEST(PlantDocuments, APartsStationsAreRead) {
   EXPECT_THAT(std::string(LoadPart(folder + "/part.yaml").status().message()), HasSubstr("stations[1].capture_mm: 0"));
 }
 
+TEST(PlantDocuments, APartsShapeRegionsAreRead) {
+  const std::string folder = ::testing::TempDir() + "/shape_regions";
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(Example("block.stl"), folder + "/block.stl",
+                             std::filesystem::copy_options::overwrite_existing);
+  std::string text = *ReadFile(Example("part.yaml"), kGreatestDocumentBytes);
+  const std::size_t from = text.find("# shape_regions:\n");  // as the docs have it
+  ASSERT_NE(from, std::string::npos);
+  for (std::size_t line = from; line != text.find("# Six datum points"); line = text.find('\n', line) + 1)
+    text.erase(line, 2);
+  ASSERT_TRUE(WriteFile(folder + "/part.yaml", text).ok());
+  const auto request = LoadPart(folder + "/part.yaml");
+  ASSERT_TRUE(request.ok()) << request.status();
+  ASSERT_EQ(request->part().shape_regions_size(), 3);
+  const plant::v1::ShapeRegion& top = request->part().shape_regions(0);
+  EXPECT_EQ(top.kind(), plant::v1::SHAPE_REGION_KIND_MACHINED);
+  EXPECT_EQ(top.minimum_in_part_mm().z_mm(), 9.9);
+  EXPECT_EQ(top.allowance_mm(), 0.2);
+  EXPECT_EQ(top.lower_mm(), -0.3);
+  EXPECT_FALSE(top.has_facing_within_deg() || top.has_maximum_in_part_mm() || top.rest());
+  EXPECT_EQ(request->part().shape_regions(1).facing_within_deg(), 10);
+  EXPECT_FALSE(request->part().shape_regions(1).has_lower_mm());
+  EXPECT_TRUE(request->part().shape_regions(2).rest());
+  text.replace(text.find("kind: datum"), 11, "kind: drawn");
+  ASSERT_TRUE(WriteFile(folder + "/part.yaml", text).ok());
+  EXPECT_THAT(std::string(LoadPart(folder + "/part.yaml").status().message()),
+              HasSubstr("shape_regions[1].kind: \"drawn\""));
+}
+
 TEST(PlantDocuments, TheTouchDataAndSpherePosesOfTheDocsAreRead) {
   const auto touch = LoadTouchData(Example("touch.yaml"));
   ASSERT_TRUE(touch.ok()) << touch.status();

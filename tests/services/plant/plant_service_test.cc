@@ -232,6 +232,38 @@ TEST_F(PlantServiceTest, StationsComeBackBitForBit) {
   EXPECT_EQ(Create(request)->revision(), 3);
 }
 
+// The same regions are the same revision, others another.
+TEST_F(PlantServiceTest, ShapeRegionsComeBackBitForBit) {
+  v1::CreatePartRequest request = SamplePart(CylinderCad());
+  v1::ShapeRegion& edge = *request.mutable_part()->add_shape_regions();
+  edge.set_region("leading edge");
+  edge.set_kind(v1::SHAPE_REGION_KIND_MACHINED);
+  edge.mutable_maximum_in_part_mm()->set_x_mm(1.0 / 3);
+  edge.mutable_facing_in_part()->set_x(-1);
+  edge.set_facing_within_deg(70);
+  edge.set_allowance_mm(0.02);
+  edge.set_lower_mm(-0.1);
+  edge.set_upper_mm(0.3);
+  v1::ShapeRegion& body = *request.mutable_part()->add_shape_regions();
+  body.set_region("body");
+  body.set_rest(true);
+  body.set_kind(v1::SHAPE_REGION_KIND_FIXED);
+  body.set_lower_mm(-0.6);
+  body.set_upper_mm(0.6);
+  const auto created = Create(request);
+  ASSERT_TRUE(created.ok()) << created.status();
+  const auto read = GetPart("parts/vane");
+  ASSERT_TRUE(read.ok()) << read.status();
+  ASSERT_EQ(read->shape_regions_size(), 2);
+  for (int i = 0; i < 2; ++i)
+    EXPECT_TRUE(MessageDifferencer::Equals(read->shape_regions(i), request.part().shape_regions(i)))
+        << read->shape_regions(i).DebugString();
+  EXPECT_EQ(Create(request)->revision(), 1);
+  request.mutable_part()->mutable_shape_regions(0)->set_allowance_mm(0.03);
+  EXPECT_EQ(Create(request)->revision(), 2);
+  EXPECT_EQ(GetPart("parts/vane@1")->shape_regions(0).allowance_mm(), 0.02);
+}
+
 TEST_F(PlantServiceTest, HolesOfTheCadAreCounted) {
   const double corners[8][3] = {{0, 0, 0}, {4, 0, 0}, {4, 3, 0}, {0, 3, 0}, {0, 0, 2}, {4, 0, 2}, {4, 3, 2}, {0, 3, 2}};
   const int triangles[10][3] = {{0, 2, 1}, {0, 3, 2}, {0, 1, 5}, {0, 5, 4}, {1, 2, 6},

@@ -306,6 +306,61 @@ TEST(ValidatedPart, StationsAreNamedOnceAndStandSomewhere) {
       });
 }
 
+v1::CreatePartRequest ShapedPart() {
+  v1::CreatePartRequest request = SamplePart("x");
+  v1::ShapeRegion& edge = *request.mutable_part()->add_shape_regions();
+  edge.set_region("edge");
+  edge.set_kind(v1::SHAPE_REGION_KIND_MACHINED);
+  edge.mutable_minimum_in_part_mm()->set_x_mm(1);
+  edge.mutable_maximum_in_part_mm()->set_x_mm(2);
+  edge.mutable_maximum_in_part_mm()->set_y_mm(1);
+  edge.mutable_maximum_in_part_mm()->set_z_mm(1);
+  edge.set_allowance_mm(0.1);
+  edge.set_lower_mm(-0.1);
+  edge.set_upper_mm(0.1);
+  v1::ShapeRegion& foot = *request.mutable_part()->add_shape_regions();
+  foot.set_region("foot");
+  foot.set_kind(v1::SHAPE_REGION_KIND_DATUM);
+  foot.set_rest(true);
+  return request;
+}
+
+TEST(ValidatedPart, ShapeRegionsSayWhatBecomesOfThem) {
+  const auto row = Validated(ShapedPart());
+  ASSERT_TRUE(row.ok()) << row.status();
+  EXPECT_EQ(row->shape_regions[0].kind, "MACHINED");
+  EXPECT_EQ(row->shape_regions[0].allowance_mm, 0.1);
+  EXPECT_FALSE(row->shape_regions[1].lower_mm.has_value());
+  EXPECT_NE(row->content_sha256, Validated(SamplePart("x"))->content_sha256);
+  using Request = v1::CreatePartRequest;
+  const auto edge = [](Request* r) { return r->mutable_part()->mutable_shape_regions(0); };
+  const auto foot = [](Request* r) { return r->mutable_part()->mutable_shape_regions(1); };
+  ExpectRefusals<Request>(
+      ShapedPart(),
+      {
+          {[&](Request* r) { edge(r)->clear_region(); }, "part.shape_regions[0].region: "},
+          {[&](Request* r) { foot(r)->set_region("edge"); }, "part.shape_regions[1].region: edge"},
+          {[&](Request* r) { edge(r)->clear_kind(); },
+           "part.shape_regions[0].kind: empty, want MACHINED, FIXED or DATUM"},
+          {[&](Request* r) { edge(r)->mutable_maximum_in_part_mm()->set_x_mm(1); },
+           "part.shape_regions[0].maximum_in_part_mm.x_mm: 1, want above minimum_in_part_mm, 1"},
+          {[&](Request* r) { edge(r)->set_rest(true); }, "part.shape_regions[0].rest: true, want neither"},
+          {[&](Request* r) { foot(r)->set_rest(false); }, "part.shape_regions[1]: not bounded"},
+          {[&](Request* r) { edge(r)->clear_allowance_mm(); }, "part.shape_regions[0].allowance_mm: not stated"},
+          {[&](Request* r) { foot(r)->set_allowance_mm(0); }, "part.shape_regions[1].allowance_mm: 0, want none"},
+          {[&](Request* r) { edge(r)->set_allowance_mm(-0.1); },
+           "part.shape_regions[0].allowance_mm: -0.1, want 0 to 5"},
+          {[&](Request* r) { edge(r)->set_allowance_mm(kNan); }, "part.shape_regions[0].allowance_mm: NaN"},
+          {[&](Request* r) { edge(r)->clear_upper_mm(); }, "part.shape_regions[0].upper_mm: not stated"},
+          {[&](Request* r) { edge(r)->set_lower_mm(0.1); },
+           "part.shape_regions[0].lower_mm: 0.1, want less than upper"},
+          {[&](Request* r) { edge(r)->set_lower_mm(-5.1); }, "part.shape_regions[0].lower_mm: -5.1, want -5 to 5"},
+          {[&](Request* r) { foot(r)->set_upper_mm(0.1); }, "part.shape_regions[1].upper_mm: 0.1, want none"},
+          {[&](Request* r) { edge(r)->set_facing_within_deg(60); }, "part.shape_regions[0].facing_within_deg: 60"},
+          {[&](Request* r) { edge(r)->CopyFrom(*foot(r)); }, "part.shape_regions: none machined"},
+      });
+}
+
 // No place of a part may be one at two stations: told by what the box is off between them, at its farthest.
 TEST(CheckStationsApart, RefusesTwoThatAPartMayStandAtTogether) {
   auto row = Validated(StationedPart());
