@@ -11,6 +11,7 @@
 #include "metrology/linear_algebra/least_distance.h"
 #include "metrology/linear_algebra/pose_directions.h"
 #include "metrology/linear_algebra/pseudo_inverse.h"
+#include "metrology/registration/gap_pull.h"
 #include "metrology/registration/patch_sums.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
@@ -222,7 +223,7 @@ class Allowance {
       held.point_mm = surface_.Closest(surface_.centroid_mm() + PatchCentre(patch.key, allowance_.patch_mm)).point_mm;
       held.normal = patch.row.tail<3>().normalized();
       held.stock_mm = see_.stock[i];
-      held.standard_uncertainty_mm = std::sqrt(see_.variance[i]);
+      held.standard_uncertainty_mm = std::hypot(std::sqrt(see_.variance[i]), GapUncertainty(patch.Gap()));
       held.share = multipliers_[i] / forces;
       result.stock.holding.push_back(held);
     }
@@ -233,7 +234,7 @@ class Allowance {
                         " patches that pull against each other";
     } else {
       const PlacedPose placed = Placed(holding);
-      Describe(placed.noise_covariance.values, &evidence);
+      Describe(placed, &evidence);
       if (rested) {
         result.fit.outcome = Outcome::kConverged;
         result.fit.placed = placed;
@@ -293,6 +294,7 @@ class Allowance {
     }
     MatrixXd scaled = MatrixXd::Zero(size, size);
     MappingSensitivity moved = MappingSensitivity::Zero(size, MappingParameterCount(portions_.size()));
+    GapPull gap;
     MatrixXd pulled = MatrixXd::Zero(size, 6);  // by each direction, where the part stands elsewhere along it
     for (Eigen::Index i = 0; i < see_.rows.rows(); ++i) {
       VectorXd acts = projection * (see_.weight[i] * see_.rows.row(i).transpose());
@@ -301,8 +303,11 @@ class Allowance {
       scaled += see_.variance[i] * acts * acts.transpose();
       const Patch& patch = sums_.patches[static_cast<std::size_t>(i)];
       pulled += acts * patch.row.transpose() / patch.weight;
-      const Vector3d zero = pose_ * (surface_.centroid_mm() + PatchCentre(patch.key, allowance_.patch_mm));
-      const Vector3d normal = pose_.linear() * patch.row.tail<3>().normalized();
+      const Vector3d from_centroid = PatchCentre(patch.key, allowance_.patch_mm);
+      const Vector3d in_part = patch.row.tail<3>().normalized();
+      gap.Add(patch.Gap(), 1, free_ * acts, from_centroid, in_part);
+      const Vector3d zero = pose_ * (surface_.centroid_mm() + from_centroid);
+      const Vector3d normal = pose_.linear() * in_part;
       const Vector3d sensor = portions_[patch.portion].zero_from_sensor.inverse() * zero;
       AddSensitivity(acts, normal, {patch.portion, sensor, zero}, portions_, calibration_, &moved);
     }
@@ -313,11 +318,13 @@ class Allowance {
     PlacedPose placed(pose_, pose_ * surface_.centroid_mm(), Propagated(turned, scaled), turned * moved, calibration_);
     const Matrix6d held = HeldUncertainty(options_, radius_mm_).asDiagonal();
     placed.AddSource(kHeldDirections, to_zero * (held - free_ * pulled * held));
+    placed.AddSource(kCadGap, to_zero * gap.Root(Matrix6d::Identity()));
     return placed;
   }
 
-  // Weakest direction and condition: the covariance says all there is.
-  void Describe(const Matrix6d& noise, FitEvidence* evidence) const {
+  // Weakest direction and condition: the noise's covariance says all there is, but for gaps.
+  void Describe(const PlacedPose& placed, FitEvidence* evidence) const {
+    const Matrix6d& noise = placed.noise_covariance.values;
     Vector6d scale = Vector6d::Ones();
     scale.head<3>().setConstant(radius_mm_);
     const EigenSystem6 eigen = EigenSystemOf(Matrix6d(scale.asDiagonal() * noise * scale.asDiagonal()));
@@ -326,7 +333,8 @@ class Allowance {
     int least = 0;
     while (least < 5 && eigen.values[least] < kHeldPart * greatest) ++least;
     evidence->weakest_direction = eigen.vectors.col(5);
-    evidence->weakest_standard_uncertainty_mm = std::sqrt(greatest);
+    evidence->weakest_standard_uncertainty_mm =
+        WithFormAndGaps(placed, evidence->weakest_direction, radius_mm_, std::sqrt(greatest));
     evidence->condition_number = std::sqrt(greatest / eigen.values[least]);
   }
 

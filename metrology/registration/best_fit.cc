@@ -365,13 +365,8 @@ absl::StatusOr<PoseFit> BestFit::Report(bool converged, double width_mm) {
   }
   fit.outcome = Outcome::kConverged;
   fit.placed = Placed(width_mm);
-  // What form and CAD add to what is said of the weakest direction.
-  Vector6d along = evidence.weakest_direction;
-  along.head<3>() *= radius_mm_;
-  for (const ErrorSource& source : fit.placed->sources)
-    if (source.name == kFormDeviation || source.name == kCadGap)
-      evidence.weakest_standard_uncertainty_mm =
-          std::hypot(evidence.weakest_standard_uncertainty_mm, (along.transpose() * source.pose_per_sigma).norm());
+  evidence.weakest_standard_uncertainty_mm =
+      WithFormAndGaps(*fit.placed, evidence.weakest_direction, radius_mm_, evidence.weakest_standard_uncertainty_mm);
   evidence.remark = StandingOff(evidence);
   if (evidence.information_kept < kLeastInformation)
     AddRemark("the loss threw out " + Percent(1 - evidence.information_kept) +

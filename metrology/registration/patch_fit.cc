@@ -36,7 +36,7 @@ class Fitter {
       rows_.push_back(patch.row / patch.weight);
       means_.push_back(patch.pull / patch.weight / slope_);
       // A gap's points are off together: their mean is no better known than one of them.
-      const double gap_sigma = GapUncertainty(std::sqrt(patch.gap_squares / patch.weight));
+      const double gap_sigma = GapUncertainty(patch.Gap());
       gap_variances_.push_back(gap_sigma * gap_sigma);
       squares += patch.squares;
     }

@@ -154,6 +154,8 @@ Matrix6d Patch::Matrix() const {
   return full;
 }
 
+double Patch::Gap() const { return std::sqrt(gap_squares / weight); }
+
 absl::StatusOr<PatchSums> SumPatches(const Surface& surface, const std::vector<ScanPortion>& portions,
                                      const Isometry3d& zero_from_part, const PatchSumOptions& sum,
                                      const FitOptions& options) {

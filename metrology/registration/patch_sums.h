@@ -39,6 +39,7 @@ struct Patch {
   std::array<double, 21> matrix{};    // sum of w J J^T, lower triangle by rows
 
   Matrix6d Matrix() const;
+  double Gap() const;  // mm, root mean square over the points
 };
 
 struct PortionCounts {

@@ -1,5 +1,7 @@
 #include "metrology/registration/pose_fit.h"
 
+#include <cmath>
+
 namespace sixpoint::metrology {
 
 PlacedPose::PlacedPose(const Eigen::Isometry3d& zero_from_part_in, const Eigen::Vector3d& reference_mm,
@@ -28,6 +30,16 @@ MappingSensitivity PlacedPose::Sensitivity() const {
   MappingSensitivity whole(6, kCalibrationParameterCount + angle_sensitivity.cols());
   whole << calibration_sensitivity, angle_sensitivity;
   return whole;
+}
+
+double WithFormAndGaps(const PlacedPose& placed, const Vector6d& direction, double radius_mm, double noise_mm) {
+  Vector6d along = direction;
+  along.head<3>() *= radius_mm;
+  double uncertainty_mm = noise_mm;
+  for (const ErrorSource& source : placed.sources)
+    if (source.name == kFormDeviation || source.name == kCadGap)
+      uncertainty_mm = std::hypot(uncertainty_mm, (along.transpose() * source.pose_per_sigma).norm());
+  return uncertainty_mm;
 }
 
 void PoseFit::Withdraw(Outcome why, const std::string& remark) {

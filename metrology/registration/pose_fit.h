@@ -42,6 +42,9 @@ inline bool IsOfBlade(const std::string& source) {
   return source == kHeldDirections || source == kFormDeviation || source == kCadGap;
 }
 
+// What the part's form and its CAD's gaps add to what noise leaves open along a direction (rotation times radius_mm, translation; unit).
+double WithFormAndGaps(const PlacedPose& placed, const Vector6d& direction, double radius_mm, double noise_mm);
+
 struct PoseFit {
   Outcome outcome = Outcome::kNotConverged;
   std::optional<PlacedPose> placed;  // where the outcome is kConverged, and only there

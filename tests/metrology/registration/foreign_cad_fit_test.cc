@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "metrology/cad/tessellation.h"
+#include "metrology/registration/allowance.h"
 #include "metrology/registration/local_height.h"
 #include "tests/metrology/cad/foreign_cad.h"
 #include "tests/metrology/registration/sampled_blade.h"
@@ -159,6 +160,65 @@ TEST(ForeignCadFit, ALocalFitAtAGapIsAsUncertainAsTheGap) {
   EXPECT_LE(beyond, 2);  // of a rectangle none is beyond two of its standard deviations; noise may carry some there
   std::printf("local fits at a gap: rms error %.1f um, of which %.1f um are stated\n", std::sqrt(spread_um2),
               30 / std::sqrt(3.0));
+}
+
+// The blank of a blade without its platform, 0.3 mm outside it but for a pit of 0.1 mm below it, whose walls were not seen: the pose that gives
+// way to it rests on the CAD there.
+AllowanceFit FitBlankWithPit(const Surface& surface, const Vector3d& pit_mm, double share, std::uint64_t seed) {
+  const SurfaceSamples samples = Spread(surface, kPoints, seed);
+  Points points_mm;
+  for (std::size_t i = 0; i < samples.points_mm.size(); ++i) {
+    const Vector3d on = samples.points_mm[i];
+    const double beside_mm = ((on - pit_mm).cwiseAbs() - Vector3d(0.9, 1, 2)).maxCoeff();
+    // A patch of 1 mm is within the pit or outside; where blade and platform meet an offset point is near to the other of them.
+    if ((beside_mm >= 0 && beside_mm < 1.5) || on.z() < 1) continue;
+    points_mm.push_back(on + (share * surface.GapNear(on) + (beside_mm < 0 ? -0.1 : 0.3)) * samples.normals[i]);
+  }
+  FitOptions options;
+  options.free = {false, false, false, false, true, false};
+  AllowanceOptions allowance;
+  allowance.least_side_part = 0;
+  auto fit = FitWithAllowance(surface, {PortionAtZero(Scanned(points_mm, Pose(), kNoiseMm, seed))}, Pose(), allowance,
+                              {}, options);
+  EXPECT_TRUE(fit.ok()) << fit.status();
+  return fit.ok() ? *std::move(fit) : AllowanceFit();
+}
+
+// Beside the gap the same blank's pose has no part of it: one patch alone holds it.
+TEST(ForeignCadFit, AnAllowanceHeldAtAGapIsAsUncertainAsTheGap) {
+  const auto gapped = SurfaceOf({{}, 0.5, 0.06});
+  const Vector3d at(0, 2.53, 15), elsewhere(3.5, -2.5, 15), across(0, 1, 0);
+  constexpr int kTrials = 20;
+  // At most: 15 um a point, if all patches had half of their points in the zone that is 30 um off; a patch has five and more.
+  const double kPatchNoiseUm = 15 / std::sqrt(5.0);
+  double spread_um2 = 0;
+  int beyond = 0;
+  for (std::uint64_t seed = 1; seed <= kTrials; ++seed) {
+    std::mt19937_64 random(seed);
+    const double share = std::uniform_real_distribution<double>(-1, 1)(random);
+    const AllowanceFit fit = FitBlankWithPit(*gapped, at, share, seed),
+                       as_drawn = FitBlankWithPit(*gapped, at, 0, seed);
+    ASSERT_EQ(fit.fit.outcome, Outcome::kConverged) << fit.fit.evidence.remark;
+    ASSERT_FALSE(fit.stock.holding.empty());
+    const double stated_um = 1e3 * fit.stock.holding[0].standard_uncertainty_mm;
+    EXPECT_GT(stated_um, 30 / std::sqrt(3.0));
+    EXPECT_LT(stated_um, std::hypot(30 / std::sqrt(3.0), kPatchNoiseUm));
+    const PlacedPose& placed = Placed(fit.fit);
+    // As far as one field's draws, at one place of the part, are the field: 64 of each length.
+    EXPECT_NEAR(ContributionUm(placed, kCadGap, at, across), 30 / std::sqrt(3.0), 4);
+    EXPECT_GE(1e3 * fit.fit.evidence.weakest_standard_uncertainty_mm, ContributionUm(placed, kCadGap, at, across));
+    const double error_um = 1e3 * (placed.zero_from_part * at - Placed(as_drawn.fit).zero_from_part * at).norm();
+    spread_um2 += error_um * error_um / kTrials;
+    beyond += error_um > 2 * WholeUm(placed, at, across);
+  }
+  // A rectangle of 30 um half width: of 20 draws its root mean square is known to within 30 %, three of its sigmas.
+  EXPECT_NEAR(std::sqrt(spread_um2), 30 / std::sqrt(3.0), 5.2);
+  EXPECT_EQ(beyond, 0) << "of a rectangle none is beyond two of its standard deviations";
+  const AllowanceFit beside = FitBlankWithPit(*gapped, elsewhere, 1, 1);
+  ASSERT_EQ(beside.fit.outcome, Outcome::kConverged);
+  EXPECT_EQ(ContributionUm(Placed(beside.fit), kCadGap, elsewhere, across), 0);
+  EXPECT_LT(1e3 * beside.stock.holding.at(0).standard_uncertainty_mm, kPatchNoiseUm);
+  std::printf("allowance held at a gap: rms error %.1f um\n", std::sqrt(spread_um2));
 }
 
 }  // namespace
