@@ -9,6 +9,7 @@
 
 #include "metrology/parallel/keep_going.h"
 #include "metrology/parallel/loops.h"
+#include "metrology/surface/neighbours.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -129,6 +130,23 @@ void BladeInspection::Sort(const Points& points_mm, std::size_t begin, std::size
     chunk->deviations_mm.push_back(static_cast<float>(deviation));
     chunk->square_sum_mm2 += deviation * deviation;
   }
+  LeaveOutNeighbours(&chunk->pin_points);
+}
+
+void BladeInspection::LeaveOutNeighbours(std::vector<std::pair<std::uint32_t, PinPoint>>* pin_points) const {
+  if (options_.neighbours.empty()) return;
+  const Eigen::Isometry3d& zero_from_part = mapping_.pose().zero_from_part;
+  Points zero_mm;
+  for (const auto& [hole, point] : *pin_points) zero_mm.push_back(zero_from_part * point.in_part_mm);
+  double limit_mm = 0;  // a region's points are nearer than that to where its hole starts
+  for (const InspectedHole& hole : holes_)
+    limit_mm = std::max(limit_mm, options_.longest_pin_mm + PinRegionOf(hole, options_).radius_mm);
+  const std::vector<double> own_mm = DistancesAt(zero_from_part, *surface_, zero_mm, limit_mm, 1);
+  const std::vector<bool> are_own = AreOwn(options_.neighbours, *surface_, zero_mm, own_mm, limit_mm, 1);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < are_own.size(); ++i)
+    if (are_own[i]) (*pin_points)[kept++] = (*pin_points)[i];
+  pin_points->resize(kept);
 }
 
 absl::Status BladeInspection::Add(const LineScan& scan) {

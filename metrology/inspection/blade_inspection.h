@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "metrology/correction/registered_pose.h"
@@ -101,6 +102,8 @@ struct InspectionOptions {
   // part then is none that its CAD describes, and which of them the drawing means decides: what lies between them is taken
   // as equally likely (GUM 4.3.7).
   std::vector<Eigen::Isometry3d> other_zero_from_part;
+  // zero_from_part of the nominal parts at a fixture's other stations: what is nearer to one of them than to this part is no point of a pin.
+  std::vector<Eigen::Isometry3d> neighbours;
   std::function<bool()> keep_going;  // false: stop with CANCELLED; asked between chunks
 };
 
@@ -144,6 +147,8 @@ class BladeInspection {
   Compared Compare(const Points& points_mm, int threads, KeepGoing* keep_going) const;
   // What is a deviation, what belongs to a pin, and what is set aside.
   void Sort(const Points& points_mm, std::size_t begin, std::size_t end, const Compared& compared, Chunk* chunk) const;
+  // Of points of pins, those of another part beside this one.
+  void LeaveOutNeighbours(std::vector<std::pair<std::uint32_t, PinPoint>>* pin_points) const;
   // The verdicts that the values and their uncertainties allow.
   void Judge(const InspectedHole& hole, const PinPlay& play, HoleFinding* finding) const;
   std::vector<MovedHole> MovedBy(const NominalPin& nominal, const HoleError& error) const;

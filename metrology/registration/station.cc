@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <utility>
+
+#include "metrology/surface/neighbours.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -18,47 +19,10 @@ constexpr double kOnSurfaceMm = 0.1;
 constexpr double kBehind = 0.2;  // cosine: so far from behind no fan of the scanner reaches, and no edge is rounded
 constexpr double kMostSeenThrough = 0.1, kLeastSurface = 0.1;
 
-// How far each point is from the part at that pose; infinite beyond the limit.
-std::vector<double> DistancesAt(const Isometry3d& zero_from_part, const Surface& surface, const Points& zero_mm,
-                                double limit_mm, int thread_count) {
-  const Vector3d margin_mm = Vector3d::Constant(limit_mm);
-  const Eigen::AlignedBox3d reach(surface.minimum_mm() - margin_mm, surface.maximum_mm() + margin_mm);
-  const Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
-  std::vector<std::size_t> indices;
-  Points part_mm;
-  for (std::size_t i = 0; i < zero_mm.size(); ++i) {
-    const Vector3d p = part_from_zero * zero_mm[i];
-    if (!reach.contains(p)) continue;
-    indices.push_back(i);
-    part_mm.push_back(p);
-  }
-  std::vector<double> signed_mm, distances_mm(zero_mm.size(), std::numeric_limits<double>::infinity());
-  surface.SignedDistances(part_mm, limit_mm, thread_count, &signed_mm);
-  for (std::size_t k = 0; k < indices.size(); ++k)
-    if (!std::isnan(signed_mm[k])) distances_mm[indices[k]] = std::abs(signed_mm[k]);
-  return distances_mm;
-}
-
 std::vector<bool> AreOwn(const Points& zero_mm, const Surface& surface, const Station& station, int thread_count) {
-  const auto distances_at = [&](const Isometry3d& zero_from_part, const Points& points_mm) {
-    return DistancesAt(zero_from_part, surface, points_mm, station.capture_mm, thread_count);
-  };
-  const std::vector<double> own_mm = distances_at(station.zero_from_part_nominal, zero_mm);
-  std::vector<std::size_t> near;
-  Points near_zero_mm;
-  for (std::size_t i = 0; i < zero_mm.size(); ++i) {
-    if (!std::isfinite(own_mm[i])) continue;
-    near.push_back(i);
-    near_zero_mm.push_back(zero_mm[i]);
-  }
-  std::vector<bool> are_own(zero_mm.size(), false);
-  for (const std::size_t i : near) are_own[i] = true;
-  for (const Isometry3d& neighbour : station.neighbours) {
-    const std::vector<double> its_mm = distances_at(neighbour, near_zero_mm);
-    for (std::size_t k = 0; k < near.size(); ++k)
-      if (its_mm[k] < own_mm[near[k]]) are_own[near[k]] = false;
-  }
-  return are_own;
+  const std::vector<double> own_mm =
+      DistancesAt(station.zero_from_part_nominal, surface, zero_mm, station.capture_mm, thread_count);
+  return metrology::AreOwn(station.neighbours, surface, zero_mm, own_mm, station.capture_mm, thread_count);
 }
 
 // Of those from first on that are looked at together.

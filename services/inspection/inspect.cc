@@ -1,6 +1,7 @@
 #include "services/inspection/inspect.h"
 
 #include "services/clients/references.h"
+#include "services/clients/stations.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::inspection {
@@ -26,6 +27,9 @@ absl::StatusOr<metrology::BladeFindings> InspectBlade(const clients::ScanClient&
   options.threads = thread_count;
   options.keep_going = caller.keep_going;
   options.other_zero_from_part = inputs.compared.other_zero_from_part;
+  auto neighbours = clients::NeighboursOf(inputs.registration.station(), inputs.part);
+  if (!neighbours.ok()) return neighbours.status();
+  options.neighbours = *std::move(neighbours);
   metrology::BladeInspection inspection(inputs.surface, inputs.holes, *inputs.pose, inputs.sensor, inputs.axes,
                                         options);
   // Some blocks of it are decoded and compared at a time.

@@ -5,6 +5,7 @@
 #include "services/inspection/inspection_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/geometry_proto.h"
 #include "tests/services/correction/stand_ins.h"
 #include "tests/support/fake_results.h"
 
@@ -65,6 +66,27 @@ TEST_F(InspectionHandlersTest, ARetryRegistersNothingAnew) {
   EXPECT_EQ(again->SerializeAsString(), first->SerializeAsString());
   EXPECT_EQ(plant_.registration.register_count, register_count);
   EXPECT_EQ(store_->rows().size(), 1u);
+}
+
+// The stand-in part at a station of two: where the other one is near, pins have the points alone that are nearer to this one.
+TEST_F(InspectionHandlersTest, APinAtAStationHasNoPointsThatAreNearerToAnotherPart) {
+  plant_.registration.registration.set_station("here");
+  for (const char* name : {"here", "over"}) {
+    plant::v1::Station& station = *plant_.plant.part.add_stations();
+    station.set_station(name);
+    station.set_capture_mm(0.5);
+  }
+  const Eigen::Isometry3d& pose = plant_.block.pose.zero_from_part;
+  runtime::ToProto(pose, plant_.plant.part.mutable_stations(0)->mutable_zero_from_part_nominal());
+  std::vector<int> counts;
+  for (const double over_mm : {100.0, 12.0}) {  // a block of 10 mm: its lower face is 2 mm over this one's top
+    runtime::ToProto(pose * Eigen::Translation3d(0, 0, over_mm),
+                     plant_.plant.part.mutable_stations(1)->mutable_zero_from_part_nominal());
+    const auto inspection = Inspect(Request());
+    ASSERT_TRUE(inspection.ok()) << inspection.status();
+    counts.push_back(inspection->holes(0).point_count());
+  }
+  EXPECT_GT(counts[0], 2 * counts[1]);
 }
 
 TEST_F(InspectionHandlersTest, NothingIsRecordedOfWhatIsRefusedOrFails) {
