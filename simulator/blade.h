@@ -63,12 +63,19 @@ struct DesignedDatum {
   Eigen::Vector3d point_mm, normal;
 };
 
+// A place in a fixture that holds several of a part.
+struct DesignedStation {
+  std::string name;
+  Eigen::Isometry3d zero_from_part_nominal;
+};
+
 struct DesignedPart {
   AirfoilDesign airfoil;
   metrology::TriangleMesh mesh;
   std::vector<DesignedHoleGroup> hole_groups;
   std::vector<DesignedDatum> six_points;
   Eigen::Isometry3d zero_from_part_nominal;
+  std::vector<DesignedStation> stations;  // none: it stands alone
 };
 
 // A row of holes along the span.

@@ -84,10 +84,11 @@ correction::v1::ReportCutRequest CutRequest(const std::string& correction, const
 }
 
 registration::v1::PlanMeasurementRequest PlanRequest(const std::string& machine, const std::string& part,
-                                                     bool six_points) {
+                                                     const std::string& station, bool six_points) {
   registration::v1::PlanMeasurementRequest request;
   request.set_machine(machine);
   request.set_part(part);
+  request.set_station(station);
   request.set_six_points(six_points);
   return request;
 }

@@ -26,7 +26,7 @@ correction::v1::FetchProgramRequest FetchRequest(const std::string& correction, 
 correction::v1::ReportCutRequest CutRequest(const std::string& correction, const DesignedPart& part);
 
 registration::v1::PlanMeasurementRequest PlanRequest(const std::string& machine, const std::string& part,
-                                                     bool six_points);
+                                                     const std::string& station, bool six_points);
 double LeastCoverage(const registration::v1::MeasuringPlan& plan);  // of its regions
 // What a measuring plan has the scanner do, sweep by sweep: a scan of each portion, its header as the portion states it, from the encoder's 0 to
 // the portion's length.

@@ -9,6 +9,8 @@
 
 #include "services/runtime/geometry_proto.h"
 #include "simulator/blade_requests.h"
+#include "simulator/fixture.h"
+#include "simulator/hole_comparison.h"
 #include "simulator/nc_program.h"
 #include "simulator/registry.h"
 
@@ -29,7 +31,7 @@ std::string Text(const char* format, Values... values) {
 }
 
 // Streams of random numbers, each for one purpose.
-enum Stream : std::uint64_t { kMounting, kClamping, kProbing, kSphere, kCasting, kDrilling, kScans = 100 };
+enum Stream : std::uint64_t { kMounting, kClamping, kProbing, kSphere, kCasting, kDrilling, kNeighbours, kScans = 100 };
 
 class BladeRun {
  public:
@@ -37,7 +39,6 @@ class BladeRun {
            const std::function<void(const std::string&)>& say, BladeRunResult* result)
       : plant_(plant), design_(design), part_(part), plan_(plan), say_(say), result_(*result) {
     truth_ = MountedByHand(design, plan.mounting_seed == 0 ? SeedOf(kMounting) : plan.mounting_seed);
-    zero_from_part_ = plan.zero_from_part ? *plan.zero_from_part : ClampedByHand(part, 1, 1, SeedOf(kClamping));
     for (const auto& group : part.hole_groups)
       for (const auto& hole : group.holes) checked_points_mm_.push_back(hole.start_mm);
     for (const auto& datum : part.six_points) checked_points_mm_.push_back(datum.point_mm);
@@ -45,6 +46,7 @@ class BladeRun {
 
   absl::Status Run() {
     const auto start = Clock::now();
+    if (absl::Status status = Clamp(); !status.ok()) return status;
     using Step = absl::Status (BladeRun::*)();
     std::vector<Step> steps = {&BladeRun::Register};
     if (plan_.calibrate) steps.insert(steps.end(), {&BladeRun::CalibrateSensor, &BladeRun::CalibrateRotation});
@@ -64,6 +66,15 @@ class BladeRun {
  private:
   std::uint64_t SeedOf(std::uint64_t stream) const { return Random::StreamSeed(plan_.seed, stream); }
   void Say(const std::string& text) const { say_(plan_.machine_id + "  " + text); }
+
+  absl::Status Clamp() {
+    auto there = AtStation(part_, plan_.station);
+    if (!there.ok()) return there.status();
+    there_ = *std::move(there);
+    zero_from_part_ = plan_.zero_from_part ? *plan_.zero_from_part : ClampedByHand(there_, 1, 1, SeedOf(kClamping));
+    neighbours_ = NeighboursByHand(part_, plan_.station, 1, 1, SeedOf(kNeighbours));
+    return absl::OkStatus();
+  }
 
   absl::Status Register() {
     auto machine = RegisterMachine(plant_, plan_.machine_id, design_);
@@ -85,6 +96,7 @@ class BladeRun {
     header.set_machine(result_.machine);
     header.set_subject(subject);
     header.set_kind(kind);
+    if (subject == result_.blade) header.set_station(plan_.station);
     runtime::ToProto(scan_plan.v0_mm, header.mutable_v0_mm());
     header.set_a_deg(scan_plan.a_deg);
     header.set_b_deg(scan_plan.b_deg);
@@ -172,7 +184,18 @@ class BladeRun {
       poses = {{-50, 0}, {-50, 180}};
       for (int b_deg = 0; b_deg < 360; b_deg += step_deg) poses.push_back({0, b_deg});
     }
-    return ScanBy(PlanBlade(part_, design_, pitch_mm, poses), name, kind, scans);
+    std::vector<ScanPlan> plans = PlanBlade(there_, design_, pitch_mm, poses);
+    if (!neighbours_.empty()) std::transform(plans.begin(), plans.end(), plans.begin(), OverNeighbours);
+    return ScanBy(plans, name, kind, scans);
+  }
+
+  // The blade with its pins, and the blades beside it.
+  Scene SceneAt(const ScanPlan& scan_plan) const {
+    const double a_deg = scan_plan.a_deg, b_deg = scan_plan.b_deg;
+    Scene scene = BladeScene(blade_shapes_, truth_, zero_from_part_, a_deg, b_deg);
+    for (const Eigen::Isometry3d& neighbour : neighbours_)
+      scene.Add(blade_shapes_.front(), truth_.axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * neighbour);
+    return scene;
   }
 
   absl::Status ScanBy(const std::vector<ScanPlan>& plans, const std::string& name, ingest::v1::ScanKind kind,
@@ -181,9 +204,7 @@ class BladeRun {
       const ScanPlan& scan_plan = plans[i];
       Say(Text("scans %s, portion %zu of %zu (A %g, B %g)", name.c_str(), i + 1, plans.size(), scan_plan.a_deg,
                scan_plan.b_deg));
-      auto scan = ScanAndUpload(name + "-" + std::to_string(i + 1), kind, result_.blade,
-                                BladeScene(blade_shapes_, truth_, zero_from_part_, scan_plan.a_deg, scan_plan.b_deg),
-                                scan_plan);
+      auto scan = ScanAndUpload(name + "-" + std::to_string(i + 1), kind, result_.blade, SceneAt(scan_plan), scan_plan);
       // A portion that the sensor does not reach is left out, as on a machine.
       if (scan.status().code() == absl::StatusCode::kOutOfRange) continue;
       if (!scan.ok()) return scan.status();
@@ -197,7 +218,7 @@ class BladeRun {
                           google::protobuf::RepeatedPtrField<std::string>* scans) {
     const auto start = Clock::now();
     const auto plan = plant_.Call("registration", &registration::v1::MeasuringPlanService::Stub::PlanMeasurement,
-                                  PlanRequest(result_.machine, plan_.part, six_points));
+                                  PlanRequest(result_.machine, plan_.part, plan_.station, six_points));
     if (!plan.ok()) return plan.status();
     (six_points ? result_.six_point_plan : result_.whole_plan) = *plan;
     scans->Clear();
@@ -326,12 +347,7 @@ class BladeRun {
     request.set_request_id(NewRequestId());
     auto inspection = plant_.Call("inspection", &inspection::v1::InspectionService::Stub::Inspect, request);
     if (!inspection.ok()) return inspection.status();
-    for (const HoleComparison& comparison : result_.holes)
-      for (const auto& measured : inspection->holes())
-        if (measured.group() == comparison.truth.group && measured.hole() == comparison.truth.hole)
-          result_.nest_position_difference_um =
-              std::max(result_.nest_position_difference_um,
-                       1e3 * std::abs(measured.position_error_mm() - comparison.truth.position_error_mm));
+    result_.nest_position_difference_um = WorstPositionDifference_um(*inspection, result_.holes);
     return absl::OkStatus();
   }
 
@@ -347,24 +363,7 @@ class BladeRun {
     if (!inspection.ok()) return inspection.status();
     result_.inspect_s += SecondsSince(start);
     result_.inspection = *inspection;
-    for (HoleComparison& comparison : result_.holes) {
-      for (const auto& measured : inspection->holes()) {
-        if (measured.group() != comparison.truth.group || measured.hole() != comparison.truth.hole) continue;
-        comparison.measured = measured;
-        comparison.is_measured = measured.has_position_error_mm() && measured.has_inclination_error_deg() &&
-                                 measured.verdict() != inspection::v1::VERDICT_NOT_MEASURED;
-      }
-      if (!comparison.is_measured) continue;
-      ++result_.measured_count;
-      comparison.position_difference_um =
-          1e3 * (comparison.measured.position_error_mm() - comparison.truth.position_error_mm);
-      comparison.inclination_difference_deg =
-          comparison.measured.inclination_error_deg() - comparison.truth.inclination_error_deg;
-      result_.worst_position_difference_um =
-          std::max(result_.worst_position_difference_um, std::abs(comparison.position_difference_um));
-      result_.worst_inclination_difference_deg =
-          std::max(result_.worst_inclination_difference_deg, std::abs(comparison.inclination_difference_deg));
-    }
+    CompareHoles(*inspection, &result_);
     if (plan_.casting_mm > 0)
       if (absl::Status status = InspectByNest(request); !status.ok()) return status;
     Say(Text(
@@ -382,7 +381,9 @@ class BladeRun {
   const std::function<void(const std::string&)>& say_;
   BladeRunResult& result_;
   MachineTruth truth_;
+  DesignedPart there_;  // as it is drawn where the blade is clamped
   Eigen::Isometry3d zero_from_part_;
+  std::vector<Eigen::Isometry3d> neighbours_;       // zero_from_part of each
   std::vector<Eigen::Vector3d> checked_points_mm_;  // part frame
   std::vector<std::shared_ptr<const Shape>> blade_shapes_;
   std::uint64_t scan_count_ = 0;

@@ -23,6 +23,7 @@ namespace sixpoint::simulator {
 
 struct BladeRunPlan {
   std::string machine_id, blade_serial, artefact, part;  // artefact and part as resource names
+  std::string station;                                   // at which the blade is clamped, of those that the part has
   std::string scan_prefix;                               // scan ids begin with it
   std::uint64_t seed = 1;
   double airfoil_pitch_mm = 0.2;

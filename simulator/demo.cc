@@ -16,6 +16,7 @@
 #include "services/runtime/credentials.h"
 #include "services/runtime/trace.h"
 #include "simulator/blade_run.h"
+#include "simulator/fixture.h"
 #include "simulator/living_fleet.h"
 #include "simulator/registry.h"
 #include "simulator/report.h"
@@ -77,7 +78,8 @@ int RunDemo(const DemoOptions& options) {
   };
   const std::string run = RunName();
   const MachineDesign design;
-  const DesignedPart part = DesignPart({}, design.centre_mm);
+  DesignedPart part = DesignPart({}, design.centre_mm);
+  if (!options.station.empty()) part.stations = UsualStations(part);
   say("run " + run + ": " + std::to_string(options.machines) + " machines, plant at " + options.server);
   const auto credentials = runtime::ChannelCredentialsOf(options.identity);
   if (!credentials.ok()) return fail("certificate", credentials.status());
@@ -86,7 +88,7 @@ int RunDemo(const DemoOptions& options) {
   PlantLink& plant = **link;
   auto artefact = RegisterArtefact(plant, "sim-plate", ArtefactGeometry());
   if (!artefact.ok()) return fail("register the artefact", artefact.status());
-  auto blade_part = RegisterPart(plant, "sim-blade", part);
+  auto blade_part = RegisterPart(plant, part.stations.empty() ? "sim-blade" : "sim-blade-in-fixture", part);
   if (!blade_part.ok()) return fail("register the part", blade_part.status());
   say("registered " + *artefact + " and " + *blade_part + " (" + std::to_string(part.mesh.triangles.size()) +
       " triangles)");
@@ -103,6 +105,7 @@ int RunDemo(const DemoOptions& options) {
     plan.blade_serial = "SIM-" + run + "-" + std::to_string(i + 1);
     plan.artefact = *artefact;
     plan.part = *blade_part;
+    plan.station = options.station;
     plan.scan_prefix = plan.machine_id + "-" + run + "-";
     plan.seed = Random::StreamSeed(options.seed, i);
     plan.airfoil_pitch_mm = options.airfoil_pitch_mm;

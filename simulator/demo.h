@@ -15,6 +15,7 @@ struct DemoOptions {
   double airfoil_pitch_mm = 0.2;
   double pins_pitch_mm = 0.1;
   bool by_plan = false;       // blades are scanned by the plant's measuring plans
+  std::string station;        // of a fixture, at which blades are clamped; empty: they stand alone
   double casting_mm = 0;      // castings are held to the pose alone
   std::string report_file;    // JSON; none when empty
   bool keep_working = false;  // afterwards, until a signal ends it (living_fleet.h)

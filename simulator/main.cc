@@ -9,6 +9,7 @@
 
 #include "services/runtime/server.h"
 #include "simulator/demo.h"
+#include "simulator/fixture.h"
 #include "simulator/plant_files.h"
 
 namespace {
@@ -91,6 +92,9 @@ int main(int argc, char** argv) {
       "--by-plan", options.by_plan,
       "Blades are scanned by the plant's measuring plans: for the best fit by that of the whole part, for the "
       "six-point fit by that of its datum points");
+  demo->add_option("--station", options.station,
+                   "Blades are clamped at this station of a fixture, another blade at its other one")
+      ->check(CLI::IsMember({sixpoint::simulator::kLeftStation, sixpoint::simulator::kRightStation}));
   demo->add_option("--casting-mm", options.casting_mm,
                    "Greatest deviation of the castings from their CAD, none at the datum points; such are positioned "
                    "by the 3-2-1 nest, "

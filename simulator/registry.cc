@@ -94,6 +94,11 @@ plant::v1::Part PartRecord(const DesignedPart& designed) {
       runtime::ToProto(hole.normal, to->mutable_normal_in_part());
     }
   }
+  for (const DesignedStation& from : designed.stations) {
+    plant::v1::Station* station = part.add_stations();
+    station->set_station(from.name);
+    runtime::ToProto(from.zero_from_part_nominal, station->mutable_zero_from_part_nominal());
+  }
   for (const DesignedDatum& datum : designed.six_points) {
     plant::v1::DatumPoint* to = part.add_six_points();
     to->set_datum(datum.name);

@@ -170,6 +170,8 @@ json ToJson(const BladeRunResult& r, const absl::Status& status) {
               {"axes_error_um", r.axes_error_um},
               {"best_fit_error_um", r.best_fit_error_um},
               {"six_point_error_um", r.six_point_error_um},
+              {"station", r.six_point.station()},
+              {"left_out_count", r.six_point.evidence().left_out_count()},
               {"planned_sweeps", r.whole_plan.portions_size()},
               {"planned_six_point_sweeps", r.six_point_plan.portions_size()},
               {"planned_coverage", LeastCoverage(r.whole_plan)},

@@ -161,6 +161,29 @@ TEST_F(Demo, ScansByMeasuringPlans) {
       machine["six_point_error_um"].get<double>());
 }
 
+// At the turned station of a fixture, a neighbour at the other: its points are left out, and what the nominal program says of the part's own place is
+// corrected to where the blade is.
+TEST_F(Demo, ABladeAtAStationOfAFixture) {
+  const auto demo = StartDemo(7, {"--station", "right"});
+  ASSERT_EQ(demo->Wait(300), 0);
+  const json report = Report();
+  ASSERT_FALSE(report.is_discarded());
+  EXPECT_TRUE(report["ok"].get<bool>());
+  const json& machine = report["machines"][0];
+  EXPECT_LE(machine["best_fit_error_um"].get<double>(), 10);
+  EXPECT_LE(machine["six_point_error_um"].get<double>(), 10);
+  EXPECT_EQ(machine["station"], "right");
+  EXPECT_GT(machine["left_out_count"].get<int>(), 10'000);
+  ASSERT_EQ(machine["holes"].size(), 14u);
+  for (const auto& hole : machine["holes"]) EXPECT_EQ(hole["verdict"], "conform") << hole;
+  auto transaction = database_.database()->Begin(Soon());
+  const auto rows =
+      transaction->Execute("SELECT count(*), count(*) FILTER (WHERE station = 'right') FROM registrations");
+  ASSERT_TRUE(rows.ok()) << rows.status();
+  EXPECT_GE(rows->Int(0, 0), 3);  // best fit, six points, and that of the pins
+  EXPECT_EQ(rows->Int(0, 1), rows->Int(0, 0));
+}
+
 TEST_F(Demo, LosesNothingWhenServicesAreKilled) {
   // Each service once, at a moment when the machine needs it next or now; started again half a second later, as the
   // supervisor does.
