@@ -3,6 +3,7 @@
 
 #include "cli/assessment_report.h"
 #include "cli/commands.h"
+#include "cli/register_options.h"
 #include "sixpoint/inspection/v1/assessment.grpc.pb.h"
 #include "sixpoint/inspection/v1/deviation.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
@@ -147,12 +148,9 @@ void AddAssessCommand(Command* app, Session* session) {
       ->List();
   command->AddFlag("--before-machining", &arguments->before_machining,
                    "A blank or casting: holes are not due; says whether a correction can cure what is out");
+  const MappingOptions mapping = AddMappingOptions(command, &arguments->axis_tables, &arguments->sensor_calibration);
   for (Option* const only :
-       {command->AddFlag("--axis-tables", &arguments->axis_tables,
-                         "Take the scans where the axes' characterisations say they were; not where the control "
-                         "compensates"),
-        command->AddOption("--sensor-calibration", &arguments->sensor_calibration,
-                           "Maps the scans by it; without it by the one that was in force when they were received"),
+       {mapping.axis_tables, mapping.sensor_calibration,
         command->AddOption("--clamping", &arguments->clamping, "As the machine calls the clamping of the scans")})
     only->Needs(scans);
   session->OnCommand(command, [session, arguments]() -> absl::Status {

@@ -106,22 +106,36 @@ std::vector<Option*> AddRegisterOptions(Command* command, RegisterOptions* optio
   return added;
 }
 
-ScansToRegisterOptions AddScansToRegister(Command* command, ScansToRegister* scans) {
+MappingOptions AddMappingOptions(Command* command, bool* axis_tables, std::string* sensor_calibration) {
+  return {command->AddFlag("--axis-tables", axis_tables,
+                           "Take the scans where the axes' characterisations say they were; not where the control "
+                           "compensates"),
+          command->AddOption("--sensor-calibration", sensor_calibration,
+                             "Maps the scans by it; without it by the one that was in force when they were received")};
+}
+
+ScansToRegisterOptions AddScansToRegister(Command* command, ScansToRegister* scans, RegisteredFor what) {
+  const bool of_inspection = what == RegisteredFor::kInspection;
+  std::vector<std::string> methods = RegisterMethods();
+  if (of_inspection) methods.erase(std::remove(methods.begin(), methods.end(), "allowance"), methods.end());
   ScansToRegisterOptions added;
   added.blade = command->AddOption("--blade", &scans->blade, "Serial number");
-  added.scans = command->AddOption("--scans", &scans->scans, "Its scans: ID,ID,...")->List();
-  added.method =
-      command->AddOption("--method", &scans->method, "local, six-point, six-point-normals, best-fit or allowance")
-          ->OneOf(RegisterMethods());
-  added.axis_tables = command->AddFlag(
-      "--axis-tables", &scans->axis_tables,
-      "Take the scans where the axes' characterisations say they were; not where the control compensates");
-  added.clamping =
-      command->AddOption("--clamping", &scans->clamping,
-                         "As the machine calls it, another with every clamping; asked again at the program");
-  command->AddOption("--sensor-calibration", &scans->sensor_calibration,
-                     "Maps the scans by it; without it by the one that was in force when they were received");
-  added.how = AddRegisterOptions(command, &scans->options);
+  added.scans = command
+                    ->AddOption("--scans", &scans->scans,
+                                of_inspection ? "Scans with a pin in each hole: ID,ID,..." : "Its scans: ID,ID,...")
+                    ->List();
+  added.method = command
+                     ->AddOption("--method", &scans->method,
+                                 of_inspection ? "How the part is positioned: six-point (without it), "
+                                                 "six-point-normals, best-fit or local"
+                                               : "local, six-point, six-point-normals, best-fit or allowance")
+                     ->OneOf(methods);
+  added.axis_tables = AddMappingOptions(command, &scans->axis_tables, &scans->sensor_calibration).axis_tables;
+  if (!of_inspection)
+    added.clamping =
+        command->AddOption("--clamping", &scans->clamping,
+                           "As the machine calls it, another with every clamping; asked again at the program");
+  added.how = of_inspection ? AddFitOptions(command, &scans->options) : AddRegisterOptions(command, &scans->options);
   return added;
 }
 

@@ -31,6 +31,12 @@ registration::v1::Method RegisterMethodOf(const std::string& text);
 std::vector<Option*> AddFitOptions(Command* command, RegisterOptions* options);
 std::vector<Option*> AddRegisterOptions(Command* command, RegisterOptions* options);
 
+// What maps the scans: --axis-tables, --sensor-calibration.
+struct MappingOptions {
+  Option *axis_tables, *sensor_calibration;
+};
+MappingOptions AddMappingOptions(Command* command, bool* axis_tables, std::string* sensor_calibration);
+
 // Which scans of which blade, and how they are registered.
 struct ScansToRegister {
   std::string blade, clamping, method, sensor_calibration;
@@ -39,10 +45,14 @@ struct ScansToRegister {
   RegisterOptions options;
 };
 struct ScansToRegisterOptions {
-  Option *blade, *scans, *method, *axis_tables, *clamping;
+  Option *blade, *scans, *method, *axis_tables;
+  Option* clamping = nullptr;  // an inspection takes its scans'
   std::vector<Option*> how;
 };
-ScansToRegisterOptions AddScansToRegister(Command* command, ScansToRegister* scans);
+// An inspection registers its own scans, without an allowance: a machined part is no blank.
+enum class RegisteredFor { kItself, kInspection };
+ScansToRegisterOptions AddScansToRegister(Command* command, ScansToRegister* scans,
+                                          RegisteredFor what = RegisteredFor::kItself);
 // Without a request_id.
 absl::StatusOr<registration::v1::RegisterRequest> RegisterRequestOf(const ScansToRegister& scans);
 
