@@ -73,7 +73,7 @@ Samples SampleSurface(const Surface& surface) {
 
 struct ScanSample {
   Vector3d point;       // at zero
-  Vector3d to_scanner;  // unit, at zero
+  Vector3d to_scanner;  // unit, at zero; zero where nobody knows
 };
 
 std::vector<ScanSample> SampleScans(const std::vector<ScanPortion>& portions) {
@@ -84,7 +84,8 @@ std::vector<ScanSample> SampleScans(const std::vector<ScanPortion>& portions) {
   double next = 0, before = 0;
   for (const ScanPortion& portion : portions) {
     // The scanner looks down its z.
-    const Vector3d to_scanner = portion.zero_from_sensor.linear().col(2).normalized();
+    Vector3d to_scanner = Vector3d::Zero();
+    if (portion.is_seen_from_sensor) to_scanner = portion.zero_from_sensor.linear().col(2).normalized();
     for (; next < before + static_cast<double>(portion.sensor.size()); next += stride)
       samples.push_back({portion.zero_mm(static_cast<std::size_t>(next - before)), to_scanner});
     before += static_cast<double>(portion.sensor.size());
@@ -129,7 +130,7 @@ class Search {
     for (std::size_t k = 0; k < scan_.size(); k += step) {
       const Vector3d to_scanner = turn.transpose() * scan_[k].to_scanner;
       for (std::size_t i = 0; i < samples_.points.size(); i += 4)
-        if (samples_.normals[i].dot(to_scanner) > kSeen) {
+        if (to_scanner.isZero(0) || samples_.normals[i].dot(to_scanner) > kSeen) {
           seen += samples_.points[i];
           count += 1;
         }
@@ -189,7 +190,8 @@ class Search {
       const Vector3d q = inverse * sample.point;
       Vector3d normal;
       const double r = distance(q, &normal), u = r / width, inside = 1 - u * u;
-      if (!(inside > 0) || !(normal.dot(inverse.linear() * sample.to_scanner) > 0)) {
+      const bool may_be_seen = sample.to_scanner.isZero(0) || normal.dot(inverse.linear() * sample.to_scanner) > 0;
+      if (!(inside > 0) || !may_be_seen) {
         loss += 1;
         continue;
       }

@@ -33,6 +33,7 @@ Thinner::Thinner(const LineScan& scan, std::int64_t point_count, const MachineCa
                  const Thinning& thinning)
     : thinning_(thinning), sensor_(calibration.sensor) {
   portion_.id = scan.id;
+  portion_.is_seen_from_sensor = calibration.sensor.cloud == CloudKind::kProfiles;
   portion_.commanded_a_rad = scan.a_rad;
   portion_.commanded_b_rad = scan.b_rad;
   portion_.a_rad = calibration.positioning.a.Reached(scan.a_rad);

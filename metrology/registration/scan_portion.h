@@ -24,6 +24,7 @@ struct ScanPortion {
   double commanded_b_rad = 0;
   std::int64_t scan_point_count = 0;    // before thinning; points that are not finite are left out
   std::int64_t out_of_reach_count = 0;  // metres from the others: not kept
+  bool is_seen_from_sensor = true;      // down its z; of a snapshot's points nobody knows from where
   Eigen::Affine3d zero_from_sensor =
       Eigen::Affine3d::Identity();  // the calibrated mapping; sheared (CONF 12) of profiles
   CompactPoints sensor;             // every k-th point, in scan order

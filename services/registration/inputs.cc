@@ -263,7 +263,7 @@ absl::Status InputFetcher::FetchScans(const Basis& basis, const v1::RegisterRequ
     if (i + 1 < request.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
     absl::Status known = i == 0 ? PlaceAt(first.header().station(), inputs) : absl::OkStatus();
     if (i == 0) thinning = ThinningOf(*inputs, request.scans_size(), may_be_kept);
-    // Of merged views nobody knows from which side a point was seen: that tells a station's part from its fixture.
+    // Of merged views nobody knows from which side a point was seen: that alone tells a part from the nest that it lies in.
     if (known.ok() && !inputs->station.empty()) known = clients::CheckProfiles(field, fetched->record);
     if (known.ok() && i == 0) known = FetchMachine(basis, request, first, inputs);
     if (known.ok()) known = basis.CheckMapped(field, fetched->record, &inputs->sensor);

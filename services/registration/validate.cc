@@ -228,9 +228,6 @@ absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Sca
   if (clients::CloudText(scan.header()) != clients::CloudText(first.header()))
     return runtime::Refuse(field + ".cloud", clients::CloudText(scan.header()),
                            clients::CloudText(first.header()) + ", as the first scan");
-  if (request.options().coarse_start() && scan.header().cloud() == ingest::v1::CLOUD_KIND_SNAPSHOT)
-    return runtime::Refuse("options.coarse_start", "true, with the snapshot " + scan.name(),
-                           "false: the points of a snapshot do not say from where they were seen");
   if (scan.header().has_subject_temperature_c() != first.header().has_subject_temperature_c())
     return runtime::Refuse(field + ".subject_temperature_c",
                            scan.header().has_subject_temperature_c() ? "given" : "not given",

@@ -214,6 +214,34 @@ TEST(Station, AsFarAsItsCaptureAndNoFarther) {
   }
 }
 
+// A nest has the faces of the part that lies in it: the empty one is told from the part by the side alone from which it is seen. Seen from below, as no
+// scanner could, the same points are the part's: so a cloud of which nobody knows from where it was seen has no place at a station.
+TEST(Station, AnEmptyNestIsToldByTheSideItIsSeenFrom) {
+  const Fixture fixture = SideBySide(30, 3);
+  std::mt19937_64 random(71);
+  std::normal_distribution<double> noise(0, kNoiseMm);
+  const Isometry3d& nominal = fixture.nominal[0];
+  // What of the blade looks down by more than 11 degrees, and is the nest's.
+  const Vector3d up = (nominal.linear() * Vector3d(0.2, 1, 0.3)).normalized();
+  for (const bool from_above : {true, false}) {
+    ScanPortion portion;
+    portion.id = "nest";
+    portion.zero_from_sensor.linear() =
+        Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), from_above ? up : -up).toRotationMatrix();
+    const SurfaceSamples samples = Spread(*BladeSurface(), 20'000, 1);
+    for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
+      if ((nominal.linear() * samples.normals[i]).dot(up) < -0.2)
+        portion.sensor.Add(portion.zero_from_sensor.linear().transpose() *
+                           (nominal * samples.points_mm[i] + Vector3d(noise(random), noise(random), noise(random))));
+    const auto registered = RegisterAt(fixture, 0, {portion});
+    ASSERT_TRUE(registered.ok()) << registered.status();
+    EXPECT_EQ(registered->fit.placed.has_value(), !from_above) << registered->fit.evidence.remark;
+    if (!from_above) continue;
+    EXPECT_EQ(registered->fit.outcome, Outcome::kTooLittleOverlap);
+    EXPECT_NE(registered->fit.evidence.remark.find("seen through the part"), std::string::npos);
+  }
+}
+
 TEST(Station, SaysHowFarOffItWouldStand) {
   const Fixture fixture = SideBySide(30, 3);
   std::mt19937_64 random(59);

@@ -146,11 +146,23 @@ TEST_F(SnapshotRegistrationTest, AnotherUnitIsNoPose) {
   }
 }
 
-TEST_F(SnapshotRegistrationTest, IsRefusedWhereItIsTakenForSomethingElse) {
-  Show(9);
+// The part's record has it 60 mm beside where it is, and turned by 130 degrees.
+TEST_F(SnapshotRegistrationTest, FindsTheBladeFromACoarseStart) {
+  Show(10);
+  const Eigen::Isometry3d& truth = plant_.block.pose.zero_from_part;
+  const Eigen::Isometry3d nominal =
+      Eigen::Translation3d(30, -40, 33) * truth * Eigen::AngleAxisd(130 * kRad, Vector3d(1, 2, -1).normalized());
+  runtime::ToProto(nominal, plant_.plant.part.mutable_zero_from_part_nominal());
+  WithoutPose(OfOne(v1::METHOD_BEST_FIT));
   v1::RegisterRequest coarse = OfOne(v1::METHOD_BEST_FIT);
   coarse.mutable_options()->set_coarse_start(true);
-  EXPECT_THAT(RefusalOf(coarse), HasSubstr("options.coarse_start: true, with the snapshot"));
+  const Eigen::Isometry3d pose = PoseOf(Register(coarse));
+  for (const Vector3d& p : {Vector3d(12, 0, 20), Vector3d(-12, 2, -20)})
+    EXPECT_LT(1e3 * (pose * p - truth * p).norm(), 40);  // as from nearby
+}
+
+TEST_F(SnapshotRegistrationTest, IsRefusedWhereItIsTakenForSomethingElse) {
+  Show(9);
   // Scans of the two kinds are not one.
   ingest::v1::ScanHeader& second = *plant_.ingest.scans.at(plant_.scans[1]).mutable_header();
   second.clear_cloud();
