@@ -80,6 +80,7 @@ class ReadModelsTest : public ::testing::Test {
     PutDispositions();
     PutDeviations(calibrations);
     PutDrawings();
+    PutStations();
     Clear(plant_->database(), "readers/bi_cleared", "customers/acme");
   }
   // The customers' results have none.
@@ -170,6 +171,16 @@ class ReadModelsTest : public ::testing::Test {
                                        mapped->Text(0, 2), "seed");
     ASSERT_TRUE(transaction->Commit().ok());
   }
+  // Of the customers' parts, and of one that everybody sees.
+  static void PutStations() {
+    auto transaction = plant_->database()->Begin(Soon());
+    const auto put = transaction->Execute(
+        "INSERT INTO part_stations (part_id, revision, station_index, station, zero_from_part_nominal_rotation, "
+        "zero_from_part_nominal_translation_mm, capture_mm) SELECT part_id, revision, 0, 'left', "
+        "'{1,0,0,0,1,0,0,0,1}', '{20,50,-190}', 3 FROM part_revisions");
+    ASSERT_TRUE(put.ok()) << put.status();
+    ASSERT_TRUE(transaction->Commit().ok());
+  }
   static void TearDownTestSuite() { plant_.reset(); }
 
   static std::unique_ptr<Database> As(const std::string& login) {
@@ -229,6 +240,20 @@ TEST_F(ReadModelsTest, EveryViewAndColumnSaysWhatItIsAndTheDocumentSaysTheSame) 
     EXPECT_NE(said, "") << view << "." << column;
     EXPECT_THAT(document, HasSubstr("## `read_v1." + view + "`\n" + rows->Text(row, 2) + "\n"));
     EXPECT_THAT(document, HasSubstr("| `" + column + "` | " + rows->Text(row, 4) + " | " + said + " |\n")) << view;
+  }
+}
+
+// What rests on a registration tells its station; none where that has none.
+TEST_F(ReadModelsTest, TellsWhereBladesStood) {
+  const auto reader = As("bi_cleared");
+  for (const char* view : {"corrections", "inspections", "deviations", "sections"}) {
+    const Asked asked =
+        Ask(*reader, std::string("SELECT count(*) FILTER (WHERE r.station = 'left') > 0 AS at_left, "
+                                 "count(*) FILTER (WHERE r.station IS NULL) > 0 AS nowhere, "
+                                 "bool_or(r.station IS DISTINCT FROM g.station) AS wrong FROM read_v1.") +
+                         view + " r JOIN read_v1.registrations g USING (registration_id)");
+    EXPECT_THAT(asked.rows, UnorderedElementsAre(R"({"wrong": false, "at_left": true, "nowhere": true})"))
+        << view << asked.refusal;
   }
 }
 

@@ -33,6 +33,7 @@ std::string PutRegistration(storage::Transaction& transaction, const std::string
   row.registration_id = storage::NewUuid();
   row.method = "SIX_POINT";
   row.outcome = "NOT_CONVERGED";
+  row.station = "left";
   row.weakest_direction = std::vector<double>(6, 0.4);
   std::vector<std::string> inputs = {"blades/" + blade_serial, calibrations.sensor, calibrations.rotation};
   if (!scan.empty()) {
