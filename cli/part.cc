@@ -63,6 +63,14 @@ void PrintPart(const Session& session, const plant::v1::Part& part) {
     stations.AddRow({station.station(), PointText(station.zero_from_part_nominal().translation_mm(), 3),
                      Fixed(station.capture_mm(), 2)});
   if (!stations.empty()) std::cout << stations.ToText();
+  Table regions({"shape region", "becomes", ">allowance mm", ">lower mm", ">upper mm"});
+  const auto within = [](bool has, double value) { return has ? Fixed(value, 3) : "-"; };
+  for (const auto& region : part.shape_regions())
+    regions.AddRow({region.region(), EnumText(ShapeRegionKind_Name(region.kind()), "SHAPE_REGION_KIND_"),
+                    within(region.has_allowance_mm(), region.allowance_mm()),
+                    within(region.has_lower_mm(), region.lower_mm()),
+                    within(region.has_upper_mm(), region.upper_mm())});
+  if (!regions.empty()) std::cout << regions.ToText();
 }
 
 }  // namespace
@@ -98,6 +106,9 @@ void AddPartCommands(Command* app, Session* session) {
     if (created->stations_size() != request->part().stations_size())
       return absl::FailedPreconditionError(created->name() +
                                            ": the plant took no stations, want a plant of this release (sixpoint up)");
+    if (created->shape_regions_size() != request->part().shape_regions_size())
+      return absl::FailedPreconditionError(
+          created->name() + ": the plant took no shape_regions, want a plant of this release (sixpoint up)");
     for (int i = 0; i < created->hole_groups_size() && i < request->part().hole_groups_size(); ++i)
       if (created->hole_groups(i).position_zone() != request->part().hole_groups(i).position_zone())
         return absl::FailedPreconditionError(

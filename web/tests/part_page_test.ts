@@ -41,6 +41,7 @@ test('a part shows its CAD, holes and datum points, in 3D and in figures', async
   assert.match(text, /Solidblade of the file’s/);
   assert.match(text, /Healededges up to 33\.2 µm off their faces[^]*Faces do not meet by up to 14\.0 µm, at 6340\.0, 40\.0, -49\.5 mm/);
   assert.match(plain((await page.getByRole('region', { name: 'Table: Stations of its fixture' }).locator('tbody').textContent())!), /left-6350\.00000\.00000\.00005\.0right-6310\.0000/);
+  assert.match(plain((await page.getByRole('region', { name: 'Table: What may follow a blank' }).locator('tbody').textContent())!), /leading edgemachinedto 6338\.00, 50\.00, 10\.00, looking to [−-]1\.000, 0\.000, 0\.000 within 70 deg0\.0200[−-]0\.10000\.3000bodystays as the blank iswhatever no other has/);
   assert.equal(await page.getByRole('region', { name: 'Table: Holes' }).locator('tbody tr').count(), 12);
   assert.equal(await page.getByRole('region', { name: 'Table: Datum points, 3-2-1' }).locator('tbody tr').count(), 6);
   assert.match(plain((await page.getByRole('region', { name: 'Table: Machining models' }).locator('tbody').textContent())!), /vane-edm210: G1, ⌀ 0\.400, 80\.0 long; 20: G2, ⌀ 0\.350, 80\.0 long; 30: paths F1, F2, ⌀ 0\.500, 60\.0 long120\.00035e1f00c2aa/);

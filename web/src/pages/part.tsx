@@ -1,6 +1,6 @@
 // One part: its CAD, holes and datum points in 3D and in figures, revision by revision.
 import { useMemo, useState } from 'preact/hooks';
-import { CadFormat, PositionZone, type DatumPoint, type Hole, type HoleGroup, type Part } from '#proto/sixpoint/plant/v1/part_pb';
+import { CadFormat, PositionZone, ShapeRegionKind, type DatumPoint, type Hole, type HoleGroup, type Part } from '#proto/sixpoint/plant/v1/part_pb';
 import type { MachiningModel } from '#proto/sixpoint/plant/v1/machining_model_pb';
 import { View } from '#proto/sixpoint/list/v1/list_pb';
 import { PlantService } from '#proto/sixpoint/plant/v1/plant_pb';
@@ -70,6 +70,17 @@ type Stationed = Part['stations'][number];
 const kStations: Column<Stationed>[] = [
   { head: 'Station', cell: (s) => s.station, csv: (s) => s.station }, mm('Shift x', (s) => s.zeroFromPartNominal?.translationMm?.xMm), mm('Shift y', (s) => s.zeroFromPartNominal?.translationMm?.yMm), mm('Shift z', (s) => s.zeroFromPartNominal?.translationMm?.zMm),
   { head: 'Captures within', unit: 'mm', isNumber: true, cell: (s) => number(s.captureMm, 1), csv: (s) => s.captureMm },
+];
+type Shaped = Part['shapeRegions'][number];
+const whereOf = ({ rest, minimumInPartMm: low, maximumInPartMm: high, facingInPart: facing, facingWithinDeg: within }: Shaped) => {
+  if (rest) return 'whatever no other has';
+  const corner = (p: typeof low) => [p?.xMm, p?.yMm, p?.zMm].map((x) => number(x, 2)).join(', ');
+  return [low && `from ${corner(low)}`, high && `to ${corner(high)}`, facing && `looking to ${[facing.x, facing.y, facing.z].map((x) => number(x, 3)).join(', ')} within ${number(within, 0)} deg`].filter(Boolean).join(', ');
+};
+const kBecomes: Record<ShapeRegionKind, string> = { [ShapeRegionKind.UNSPECIFIED]: '', [ShapeRegionKind.MACHINED]: 'machined', [ShapeRegionKind.FIXED]: 'stays as the blank is', [ShapeRegionKind.DATUM]: 'stays as drawn' };
+const kShapeRegions: Column<Shaped>[] = [
+  { head: 'Region', cell: (r) => r.region, csv: (r) => r.region }, { head: 'Becomes', cell: (r) => kBecomes[r.kind], csv: (r) => ShapeRegionKind[r.kind] }, { head: 'Where', cell: whereOf, csv: whereOf },
+  mm('Allowance', (r) => r.allowanceMm), mm('Lower', (r) => r.lowerMm), mm('Upper', (r) => r.upperMm),
 ];
 const kDifferences: Column<Difference>[] = [
   { head: 'Of', cell: (d) => d.of, csv: (d) => d.of }, { head: 'What', cell: (d) => d.what, csv: (d) => d.what }, { head: 'Before', cell: (d) => d.before, csv: (d) => d.before }, { head: 'Now', cell: (d) => d.now, csv: (d) => d.now }, { head: 'Unit', cell: (d) => d.unit, csv: (d) => d.unit },
@@ -141,6 +152,7 @@ function Body({ facts }: { facts: Facts }) {
       </div>
       <section class="section"><Table caption="Hole groups" columns={kGroups} rows={part.holeGroups} rowKey={(g) => g.group} />{part.holeGroups.length === 0 && <p class="muted">It has no holes: nothing is corrected or judged.</p>}</section>
       {part.stations.length > 0 && <section class="section"><Table caption="Stations of its fixture" columns={kStations} rows={part.stations} rowKey={(s) => s.station} /></section>}
+      {part.shapeRegions.length > 0 && <section class="section"><Table caption="What may follow a blank" columns={kShapeRegions} rows={part.shapeRegions} rowKey={(r) => r.region} /></section>}
       <Models part={withoutRevision(part.name)} />
       <section class="section">
         {part.sixPoints.length > 0 ? <Table caption="Datum points, 3-2-1" columns={kDatums} rows={part.sixPoints} rowKey={(d) => d.datum} /> : <><h2>Datum points</h2><p class="muted">None: it cannot be registered by six points.</p></>}

@@ -1,5 +1,5 @@
 // What differs between two revisions of a part, value by value.
-import { CadFormat, PositionZone, type Part } from '#proto/sixpoint/plant/v1/part_pb';
+import { CadFormat, PositionZone, ShapeRegionKind, type Part } from '#proto/sixpoint/plant/v1/part_pb';
 import { directionOf, minus, length, vectorOf, type Vector } from '../scene/frames';
 
 export type Difference = { of: string; what: string; before: string; now: string; unit: string };
@@ -28,6 +28,15 @@ function factsOf(part: Part): Map<string, Values> {
     for (const hole of group.holes) facts.set(`Hole ${group.group}/${hole.hole}`, { start: [place(vectorOf(hole.startInPartMm)), 'mm'], normal: [place(directionOf(hole.normalInPart)), ''] });
   }
   for (const datum of part.sixPoints) facts.set(`Datum ${datum.datum}`, { point: [place(vectorOf(datum.pointInPartMm)), 'mm'], normal: [place(directionOf(datum.normalInPart)), ''] });
+  for (const { station, zeroFromPartNominal: at, captureMm } of part.stations) {
+    facts.set(`Station ${station}`, { rotation: [(at?.rotation ?? []).map((x) => String(Number(x.toFixed(9)))).join(', '), ''], shift: [place(vectorOf(at?.translationMm)), 'mm'], 'captures within': [text(captureMm), 'mm'] });
+  }
+  for (const { region, kind, rest, minimumInPartMm: low, maximumInPartMm: high, facingInPart: facing, ...of } of part.shapeRegions) {
+    facts.set(`Shape region ${region}`, {
+      becomes: [(ShapeRegionKind[kind] ?? '').toLowerCase(), ''], where: [rest ? 'the rest' : `${low ? place(vectorOf(low)) : 'open'} to ${high ? place(vectorOf(high)) : 'open'}`, rest ? '' : 'mm'],
+      'looks to': [facing ? place(directionOf(facing)) : 'any way', ''], within: [text(of.facingWithinDeg), 'deg'], allowance: [text(of.allowanceMm), 'mm'], lower: [text(of.lowerMm), 'mm'], upper: [text(of.upperMm), 'mm'],
+    });
+  }
   return facts;
 }
 
