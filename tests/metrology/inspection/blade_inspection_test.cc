@@ -68,36 +68,28 @@ TEST(BladeInspection, JudgesPinsInSnapshots) {
               (sheared->holes[0].error.start_in_part_mm - plant.pins[0].start_mm).norm() > 2e-3);
 }
 
-// Another block hangs over this one, top to top and 9 mm above, with the same pins: of the pins' points its own and its pins' are left out
-// wherever they are nearer to it, as if nothing hung there. Taken for this block's they spoil its pins.
+// Another block with the same pins hangs 9 mm over this one, top to top. Taken for this block's, its points spoil the pins.
 TEST(BladeInspection, TakesNoNeighboursPointsForItsPins) {
   const PinnedBlock plant = MakePinnedBlock();
   std::mt19937_64 random(3);
-  std::vector<LineScan> alone = ScansOf(plant, &random, 4000), together = alone;
-  const Eigen::Isometry3d over =
-      Eigen::Translation3d(0, 0, 9) * Eigen::Isometry3d(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
+  std::vector<LineScan> scans = ScansOf(plant, &random, 4000);
+  const Eigen::Isometry3d over = Eigen::Translation3d(0, 0, 9) * Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX());
   std::uniform_real_distribution<double> anywhere(-14, 14), along(0, 4);
-  for (std::size_t view = 0; view < together.size(); ++view) {
+  for (std::size_t view = 0; view < scans.size(); ++view) {
     Points points;
     for (int i = 0; i < 20'000; ++i) points.push_back(over * Eigen::Vector3d(anywhere(random), anywhere(random), 0));
-    // What hangs there stands 0.3 mm off its nominal place, as parts in a fixture do; its pins end over this block's holes.
-    for (const SimulatedPin& pin : plant.pins)
+    for (const SimulatedPin& pin : plant.pins)  // its pins end over this block's holes
       for (int i = 0; i < 300; ++i) points.push_back(pin.start_mm + (9 - along(random)) * pin.axis);
-    for (Eigen::Vector3d& point : points) point.z() -= 0.3;
-    const LineScan more = Scanned(plant, plant.b_deg[view], points, &random);
-    together[view].points_mm.insert(together[view].points_mm.end(), more.points_mm.begin(), more.points_mm.end());
+    for (Eigen::Vector3d& point : points) point.z() -= 0.3;  // off its nominal place, as parts in a fixture are
+    for (const auto& p : Scanned(plant, plant.b_deg[view], points, &random).points_mm)
+      scans[view].points_mm.push_back(p);
   }
-  const auto expected = Inspect(plant, alone);
-  const auto told = Inspect(plant, together, 2, {plant.pose.zero_from_part * over}), untold = Inspect(plant, together);
-  ASSERT_TRUE(expected.ok() && told.ok() && untold.ok());
+  const auto told = Inspect(plant, scans, 2, {plant.pose.zero_from_part * over}), untold = Inspect(plant, scans);
+  ASSERT_TRUE(told.ok() && untold.ok());
   for (int i = 0; i < 2; ++i) {
-    const HoleFinding &want = expected->holes[i], &found = told->holes[i], &spoilt = untold->holes[i];
-    EXPECT_EQ(found.verdict, want.verdict) << found.reason;
-    EXPECT_LT((found.error.start_in_part_mm - plant.pins[i].start_mm).norm(), 1e-3);
-    EXPECT_LT((found.error.axis_in_part - plant.pins[i].axis).norm(), 1e-3);
-    EXPECT_EQ(spoilt.verdict, Verdict::kNotMeasured);
-    std::printf("%s: alone %d points, beside a neighbour %d, taken with it %d (%s)\n", want.reason.c_str(),
-                want.point_count, found.point_count, spoilt.point_count, spoilt.reason.c_str());
+    EXPECT_EQ(told->holes[i].verdict, i == 0 ? Verdict::kConform : Verdict::kNotConform) << told->holes[i].reason;
+    EXPECT_LT((told->holes[i].error.start_in_part_mm - plant.pins[i].start_mm).norm(), 1e-3);
+    EXPECT_EQ(untold->holes[i].verdict, Verdict::kNotMeasured);
   }
 }
 
