@@ -17,6 +17,7 @@ namespace {
 // The vane stands along z, its leading edge looking to -x, its trailing edge down y.
 constexpr double kLeadingWidth_mm = 11, kTrailingWidth_mm = 14;  // of the edges' regions, along x and y
 constexpr double kFaceBox_mm = 0.6;                              // about the end faces, with the walls' rims
+constexpr double kPieceHalf_mm = 8, kPieceBeside_mm = 3;         // of the piece that a peer is asked about
 const Vector3d kLeading(-1, 0, 0), kTrailing = Vector3d(0.5, -0.866, 0).normalized();
 
 std::vector<ShapeRegion> RegionsOf(const metrology::Surface& vane, double lower_mm, double upper_mm) {
@@ -88,6 +89,12 @@ BladeCase RandomCase(const metrology::Surface& vane, std::uint64_t seed) {
   const double tip_stock_mm = between(0.3, 0.8);
   BladeCase made;
   made.lacking_mm = std::max(leading_mm, trailing_mm);
+  made.piece_low_mm = Vector3d(low_mm.x() - 1, low_mm.y() - 1, at_z - kPieceHalf_mm);
+  made.piece_high_mm = Vector3d(high_mm.x() + 1, high_mm.y() + 1, at_z + kPieceHalf_mm);
+  if (leading_mm > trailing_mm)
+    made.piece_high_mm.x() = low_mm.x() + kLeadingWidth_mm + kPieceBeside_mm;
+  else
+    made.piece_high_mm.y() = low_mm.y() + kTrailingWidth_mm + kPieceBeside_mm;
   made.blank = [=](const Vector3d& x, const Vector3d& normal) -> Vector3d {
     const double above_mm = x.z() - low_mm.z() - 2, part = above_mm / height_mm;
     const double above = Ramp(above_mm / 12);

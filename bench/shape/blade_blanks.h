@@ -14,6 +14,8 @@ struct BladeCase {
   testing::BlankOf blank;
   std::vector<metrology::ShapeRegion> regions;
   double lacking_mm = 0;  // along the chord, at the worse edge
+  Eigen::Vector3d piece_low_mm,
+      piece_high_mm;  // about where that edge lacks most, with some of the fixed surface beside it
 };
 
 // Null without the file.

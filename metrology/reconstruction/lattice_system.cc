@@ -137,6 +137,10 @@ void LatticeSystem::AddPull(const LatticeWeights& at, double weight, const Vecto
   AddPush(at, weight * wanted_mm, &right_);
 }
 
+void LatticeSystem::AddPulls(const std::vector<LatticePull>& pulls) {
+  for (const LatticePull& pull : pulls) AddPull(pull.at, pull.weight, pull.wanted_mm);
+}
+
 bool LatticeSystem::Factor() {
   for (const auto& [cell, element] : gathered_) {
     const auto index = static_cast<int>(cell);
@@ -171,11 +175,14 @@ MatrixXd LatticeSystem::Reaches(const std::vector<LatticeWeights>& places) const
 
 ControlDisplacements LatticeSystem::Moved(MatrixXd right) const {
   system_.Solve(&right);
+  return ControlsOf(free_mm_ + right);
+}
+
+ControlDisplacements LatticeSystem::ControlsOf(const MatrixXd& unknowns_mm) const {
   ControlDisplacements controls_mm = ControlDisplacements::Zero(3, static_cast<Index>(lattice_.control_count()));
-  for (std::size_t unknown = 0; unknown < control_of_.size(); ++unknown) {
-    const auto row = static_cast<Index>(unknown);
-    controls_mm.col(static_cast<Index>(control_of_[unknown])) = (free_mm_.row(row) + right.row(row)).transpose();
-  }
+  for (std::size_t unknown = 0; unknown < control_of_.size(); ++unknown)
+    controls_mm.col(static_cast<Index>(control_of_[unknown])) =
+        unknowns_mm.row(static_cast<Index>(unknown)).transpose();
   return controls_mm;
 }
 

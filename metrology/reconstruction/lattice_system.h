@@ -11,6 +11,14 @@
 
 namespace sixpoint::metrology {
 
+// A place whose displacement is wanted: as a vector, or along the normal alone, where a surface may slide along itself.
+struct LatticePull {
+  LatticeWeights at;
+  double weight = 1;
+  Eigen::Vector3d wanted_mm = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::UnitZ();
+  bool slides = false;
+};
+
 class LatticeSystem {
  public:
   // covered: as in FreeFormDeformation, of each cell.
@@ -24,6 +32,8 @@ class LatticeSystem {
   void AddEnergy(double stiffness, double decay_mm);
   // weight * |u(at) - wanted_mm|^2.
   void AddPull(const LatticeWeights& at, double weight, const Eigen::Vector3d& wanted_mm);
+  // The same of each, as a vector.
+  void AddPulls(const std::vector<LatticePull>& pulls);
   // False where nothing holds some of the controls. Nothing can be added afterwards.
   bool Factor();
 
@@ -35,11 +45,15 @@ class LatticeSystem {
   Eigen::MatrixXd Reaches(const std::vector<LatticeWeights>& places) const;
   // free_mm plus what the pushes on the right side move.
   ControlDisplacements Moved(Eigen::MatrixXd right) const;
+  // The least where those of the pulls that slide act along their normals alone; of a system that has these pulls and no others.
+  ControlDisplacements Slid(const std::vector<LatticePull>& pulls) const;
 
  private:
   using Element = Eigen::Matrix<double, 64, 64>;
   std::array<Eigen::Index, 64> UnknownsOf(const std::array<int, 3>& cell) const;
   void AddElement(const std::array<int, 3>& cell, const Element& element);
+  // A row a control, of one an unknown.
+  ControlDisplacements ControlsOf(const Eigen::MatrixXd& unknowns_mm) const;
 
   ControlLattice lattice_;
   std::vector<std::uint8_t> covered_;

@@ -12,10 +12,14 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kFirmness = 1e-8;
+constexpr PullWeights kFixedSurface = {1, 0}, kWholeBlank = {1, 1};
+constexpr PullWeights kShape = {30, 0};  // beside the cut a slope shows
+constexpr double kSoftest = 1e-8, kFirmer = 0.1, kFirmest = 0.5e-12;
+constexpr double kFarFromKept = 10;  // times the slack that margins cover: no firmness takes so much away
+constexpr double kGains = 0.5;       // of the slack: less is left where firmness takes it away
 // Free of all limits, fixed surface that is missed by so much more than it may be wants a finer lattice, whatever the limits do.
 constexpr double kHopeless = 10;
-constexpr double kBetter = 0.7;  // of what was lacking: three passes after another that leave more bring no end
+constexpr double kBetter = 0.95;  // of what was lacking: three passes after another that leave more bring no end
 
 absl::Status CheckOptions(const ReconstructionOptions& options) {
   Refusals refusals;
@@ -73,6 +77,7 @@ const char* NameOf(LimitKind kind) {
 struct Level {
   FreeFormDeformation still;
   LatticeSystem system;
+  std::vector<LatticePull> pulls;
 };
 
 class Search {
@@ -85,6 +90,10 @@ class Search {
     problem_.LookAt(nullptr);
     result_.regions = problem_.Findings();
     contradicts_ = !problem_.Contradictions().empty();
+    absl::StatusOr<FreeFormDeformation> begun = Slid(kFixedSurface, 1);
+    if (!begun.ok()) return begun.status();
+    begin_ = *std::move(begun);
+    problem_.EvenFixed();
     std::vector<double> spacings_mm;
     for (double h = options_.coarsest_spacing_mm; h >= options_.finest_spacing_mm * (1 - 1e-9); h /= 2)
       spacings_mm.push_back(h);
@@ -109,19 +118,56 @@ class Search {
   }
 
  private:
-  absl::StatusOr<Level> Prepared(double spacing_mm) {
+  // A lattice with what is pulled about the shape that was looked at.
+  absl::StatusOr<Level> LevelOf(double spacing_mm, const PullWeights& weights) const {
     const ControlLattice lattice = problem_.LatticeOf(spacing_mm);
     std::vector<std::uint8_t> covered = problem_.CoveredOf(lattice);
     auto still = FreeFormDeformation::Still(lattice, covered);
     if (!still.ok()) return Under("options.", still.status());
-    Level level{*std::move(still), LatticeSystem(lattice, std::move(covered))};
+    Level level{*std::move(still), LatticeSystem(lattice, std::move(covered)), {}};
     level.system.AddEnergy(options_.stiffness_mm2, options_.decay_mm);
-    problem_.LookAt(nullptr);
-    problem_.AddPulls(level.still, &level.system);
+    level.pulls = problem_.Pulls(level.still, weights);
+    level.system.AddPulls(level.pulls);
     if (!level.system.Factor()) return absl::InternalError("the lattice's matrix is not positive definite");
+    return level;
+  }
+
+  // What walls ask for that may slide along themselves, from the shape that was looked at. They say how far they have gone along their normals; how
+  // far along themselves is what all of them agree with: a design's waves go with it. Looked at in the end.
+  absl::StatusOr<FreeFormDeformation> Slid(const PullWeights& weights, int rounds) {
+    std::optional<FreeFormDeformation> found;
+    for (int round = 0; round < rounds; ++round) {
+      const auto level = LevelOf(options_.coarsest_spacing_mm, weights);
+      if (!level.ok()) return level.status();
+      auto slid =
+          FreeFormDeformation::Make(level->still.lattice(), level->system.Slid(level->pulls), level->still.covered());
+      if (!slid.ok()) return slid.status();
+      found = *std::move(slid);
+      problem_.LookAt(&*found);
+    }
+    return *std::move(found);
+  }
+
+  // Whether stock is lacking between the patches that all have it; what lacks is a patch then.
+  absl::StatusOr<bool> LacksBetween() {
+    if (!guessed_) {
+      guessed_ = true;
+      problem_.LookAt(&*begin_);
+      const auto blank_as = Slid(kWholeBlank, 2);
+      if (!blank_as.ok()) return blank_as.status();
+      problem_.GuessBetween(*blank_as);
+      problem_.LookAt(&*deformation_);
+    }
+    return problem_.TakeLacking(*deformation_) > 0;
+  }
+
+  absl::StatusOr<Level> Prepared(double spacing_mm) {
+    problem_.LookAt(&*begin_);
+    absl::StatusOr<Level> level = LevelOf(spacing_mm, kShape);
+    if (!level.ok()) return level.status();
     ++result_.level_count;
     result_.spacing_mm = spacing_mm;
-    result_.control_count = static_cast<std::size_t>(level.system.size());
+    result_.control_count = static_cast<std::size_t>(level->system.size());
     return level;
   }
 
@@ -136,40 +182,77 @@ class Search {
     return false;
   }
 
+  // Firmer as long as that takes the slack away: what is possible costs bounded pushes. What is not is left as it misses least; its firmest pushes are
+  // kept, for they prove most.
+  absl::StatusOr<LimitedLattice> Firmly(const Level& level, const std::vector<LimitPush>& held, bool is_last) {
+    SlackRule rule;
+    const double enough_mm = kFarFromKept * Bearable_mm();
+    if (!is_last) rule.enough_mm = enough_mm;
+    absl::StatusOr<LimitedLattice> found = absl::InternalError("no firmness");
+    std::vector<LimitPush> begin = held;
+    for (double firmness = kSoftest; firmness >= kFirmest; firmness *= kFirmer) {
+      rule.compliance.fill(firmness);
+      auto solved = SolveLimited(level.system, limits_, rule, begin, options_.threads, options_.keep_going);
+      if (!solved.ok()) return solved;
+      firmest_ = solved->pushes;
+      const double slack_mm = solved->slack_mm[0];
+      const bool gains = !found.ok() || slack_mm < kGains * found->slack_mm[0];
+      if (gains) found = *std::move(solved);
+      // What contradicts itself at one place pushes without end.
+      if (!gains || contradicts_ || slack_mm <= options_.threshold_mm / 4 || slack_mm > enough_mm) break;
+      begin = firmest_;
+    }
+    return found;
+  }
+
   // True where all is kept. Each pass minds the limits to first order about the one before.
   absl::StatusOr<bool> Passes(const Level& level, bool is_last) {
-    SlackRule rule;
-    rule.compliance.fill(kFirmness);
     const double bearable_mm = Bearable_mm();
-    if (!is_last) rule.enough_mm = 10 * bearable_mm;
     std::vector<LimitPush> held;
     double last_mm = std::numeric_limits<double>::infinity();
+    ControlDisplacements last_controls_mm;
     int worse_count = 0;
     for (int pass = 0; pass < options_.most_passes; ++pass) {
       limits_ = problem_.Limits(level.still, options_.margin_mm);
-      auto solved = SolveLimited(level.system, limits_, rule, held, options_.threads, options_.keep_going);
+      auto solved = Firmly(level, held, is_last);
       if (!solved.ok()) return solved.status();
       ++result_.pass_count;
       held = solved->pushes;
-      if (pass == 0) first_ = *solved;
+      if (pass == 0) first_ = *solved, first_.pushes = firmest_;
       const bool is_missed = solved->slack_mm[0] > bearable_mm;
       if (!is_last && is_missed) return false;
-      auto moved =
-          FreeFormDeformation::Make(level.still.lattice(), std::move(solved->controls_mm), level.still.covered());
-      if (!moved.ok()) return moved.status();
-      deformation_ = *std::move(moved);
+      if (absl::Status moved = Move(level, solved->controls_mm); !moved.ok()) return moved;
       pushes_ = held;
-      problem_.LookAt(&*deformation_);
-      misses_ = problem_.Misses();
+      // First order ended before: half of the way has more of what it promised.
+      if (pass > 0 && misses_.Most() > last_mm) {
+        const ControlDisplacements half_mm = (last_controls_mm + deformation_->controls_mm()) / 2;
+        if (absl::Status moved = Move(level, half_mm); !moved.ok()) return moved;
+      }
+      last_controls_mm = deformation_->controls_mm();
       const double most_mm = misses_.Most();
-      if (most_mm <= options_.threshold_mm) return true;
-      // Of limits that contradict, only passes that gain are worth another.
-      if (is_missed && (contradicts_ || most_mm > last_mm)) return false;
+      if (most_mm <= options_.threshold_mm) {
+        const absl::StatusOr<bool> lacks = LacksBetween();
+        if (!lacks.ok() || !*lacks) return lacks.ok() ? absl::StatusOr<bool>(true) : lacks;
+        last_mm = std::numeric_limits<double>::infinity();
+        worse_count = 0;
+        continue;
+      }
+      // Of places that contradict themselves no pass makes more.
+      if (is_missed && contradicts_) return false;
       worse_count = most_mm > kBetter * last_mm ? worse_count + 1 : 0;
       if (worse_count == 3) return false;
       last_mm = most_mm;
     }
     return false;
+  }
+
+  absl::Status Move(const Level& level, ControlDisplacements controls_mm) {
+    auto moved = FreeFormDeformation::Make(level.still.lattice(), std::move(controls_mm), level.still.covered());
+    if (!moved.ok()) return moved.status();
+    deformation_ = *std::move(moved);
+    problem_.LookAt(&*deformation_);
+    misses_ = problem_.Misses();
+    return absl::OkStatus();
   }
 
   // Slack that margins and the threshold cover.
@@ -215,8 +298,10 @@ class Search {
   absl::StatusOr<Reconstruction> NotFound(const Level& level) {
     if (deformation_) result_.regions = problem_.Findings();
     const ShapeMisses misses = misses_;
+    problem_.DropGuesses();
     problem_.LookAt(nullptr);
     result_.proof = ProveAtPlaces(problem_, level.still);
+    if (!result_.proof) problem_.LookAt(&*begin_);
     const std::vector<DisplacementLimit> limits = problem_.Limits(level.still, 0);
     if (!result_.proof) {
       const absl::StatusOr<Coarseness> coarse = CoarsenessOf(problem_, level.system, limits, options_);
@@ -224,7 +309,12 @@ class Search {
       if (coarse->missed_mm > options_.threshold_mm)
         return TooCoarse("region " + regions_[coarse->place.region].name + " is missed by " +
                          Rounded(1e3 * coarse->missed_mm) + " um");
-      result_.proof = ProveOnLattice(problem_, level.still, limits, first_.pushes);
+      std::vector<LimitPush> pushes = first_.pushes;
+      // Those of guesses prove nothing.
+      pushes.erase(std::remove_if(pushes.begin(), pushes.end(),
+                                  [&](const LimitPush& push) { return push.limit >= limits.size(); }),
+                   pushes.end());
+      result_.proof = ProveOnLattice(problem_, level.still, limits, pushes);
     }
     if (result_.proof) {
       for (const LimitKind kind : {LimitKind::kTolerance, LimitKind::kStock}) {
@@ -262,11 +352,13 @@ class Search {
   const ReconstructionOptions& options_;
   ShapeProblem problem_;
   Reconstruction result_;
+  std::optional<FreeFormDeformation> begin_;        // what the fixed surface alone asks for, on the coarsest lattice
   std::optional<FreeFormDeformation> deformation_;  // of the last pass
   std::vector<DisplacementLimit> limits_;
+  bool guessed_ = false;      // how the blank stands between its patches
   bool contradicts_ = false;  // at single places
   LimitedLattice first_;
-  std::vector<LimitPush> pushes_;
+  std::vector<LimitPush> pushes_, firmest_;
   ShapeMisses misses_;
 };
 

@@ -26,8 +26,8 @@ HoldingPlace ShapeProblem::PlaceOf(std::size_t limit, bool most, const std::vect
     return holding;
   }
   const std::size_t patch = (limit - design_.places.size()) / 2;
-  const std::optional<SurfaceFoot>& foot = Is(patch, RegionKind::kFixed) ? first_feet_[patch] : feet_[patch];
-  holding.patch = patch;
+  const std::optional<SurfaceFoot>& foot = feet_[patch] ? feet_[patch] : first_feet_[patch];
+  if (patch < measured_count_) holding.patch = patch;
   holding.region = region_of_patch_[patch];
   if (foot) {
     holding.place_mm = foot->place_mm;
@@ -38,7 +38,7 @@ HoldingPlace ShapeProblem::PlaceOf(std::size_t limit, bool most, const std::vect
 
 std::vector<std::pair<double, std::size_t>> ShapeProblem::Contradictions() const {
   std::vector<std::pair<double, std::size_t>> found;
-  for (std::size_t j = 0; j < blank_.size(); ++j) {
+  for (std::size_t j = 0; j < measured_count_; ++j) {
     if (!feet_[j] || region_of_patch_[j] == regions_.size()) continue;
     const ShapeRegion& region = regions_[region_of_patch_[j]];
     const double distance_mm = feet_[j]->distance_mm;
@@ -46,7 +46,7 @@ std::vector<std::pair<double, std::size_t>> ShapeProblem::Contradictions() const
     if (region.kind == RegionKind::kMachined)
       lacking_mm = region.lower_mm - (distance_mm - wanted_mm_[j]);
     else if (region.kind == RegionKind::kFixed)
-      lacking_mm = std::max(distance_mm - Tube_mm(j) - region.upper_mm, region.lower_mm - distance_mm - Tube_mm(j));
+      lacking_mm = std::max(distance_mm - region.upper_mm, region.lower_mm - distance_mm) - DoubtedTube_mm(j);
     if (lacking_mm > 0) found.emplace_back(lacking_mm, j);
   }
   std::sort(found.begin(), found.end(), [](const auto& one, const auto& other) {
@@ -58,7 +58,7 @@ std::vector<std::pair<double, std::size_t>> ShapeProblem::Contradictions() const
 std::vector<RegionFinding> ShapeProblem::Findings() const {
   std::vector<RegionFinding> findings(regions_.size());
   PlaceGrid seen(options_.patch_mm);
-  for (std::size_t j = 0; j < blank_.size(); ++j) {
+  for (std::size_t j = 0; j < measured_count_; ++j) {
     if (!feet_[j]) continue;
     seen.Add(feet_[j]->place_mm, feet_[j]->design_normal);
     if (region_of_patch_[j] == regions_.size()) continue;
@@ -98,24 +98,25 @@ std::vector<RegionFinding> ShapeProblem::Findings() const {
 void ShapeProblem::Transition(double* step_mm, double* kink_rad) const {
   *step_mm = *kink_rad = 0;
   std::vector<std::size_t> beside, fixed;
-  for (std::size_t j = 0; j < blank_.size(); ++j) {
+  // The slope of the rest over three patches about each.
+  PlaceGrid fixed_feet(3 * options_.patch_mm);
+  for (std::size_t j = 0; j < measured_count_; ++j) {
     if (!Is(j, RegionKind::kFixed) || !feet_[j]) continue;
     fixed.push_back(j);
+    fixed_feet.Add(feet_[j]->place_mm, feet_[j]->normal);
     if (about_machined_[j]) beside.push_back(j);
   }
-  // The slope of the rest over three patches about each.
-  const double about_mm = 3 * options_.patch_mm;
   for (const std::size_t j : beside) {
     *step_mm = std::max(*step_mm, std::abs(feet_[j]->distance_mm));
     const Vector3d normal = feet_[j]->normal, one = normal.unitOrthogonal(), other = normal.cross(one);
     std::vector<std::array<double, 3>> rows;
     std::vector<double> rest_mm;
-    for (const std::size_t k : fixed) {
-      const Vector3d from_mm = feet_[k]->place_mm - feet_[j]->place_mm;
-      if (from_mm.squaredNorm() > about_mm * about_mm || !IsSameWall(feet_[k]->normal, normal)) continue;
-      rows.push_back({1, one.dot(from_mm), other.dot(from_mm)});
-      rest_mm.push_back(feet_[k]->distance_mm);
-    }
+    fixed_feet.EachNear(feet_[j]->place_mm, normal, kSameWallCosine,
+                        [&](std::size_t k, const Vector3d& place_mm, double) {
+                          const Vector3d from_mm = place_mm - feet_[j]->place_mm;
+                          rows.push_back({1, one.dot(from_mm), other.dot(from_mm)});
+                          rest_mm.push_back(feet_[fixed[k]]->distance_mm);
+                        });
     // A line of them holds no slope across.
     Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();

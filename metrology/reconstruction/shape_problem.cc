@@ -14,7 +14,6 @@ using Eigen::Vector3d;
 constexpr std::size_t kChunk = 512;
 constexpr double kDatumPull = 10;     // on a square millimetre of datum, beside 1 of fixed surface
 constexpr double kBesidePatches = 4;  // so near a machined place, the blank's fixed surface is beside the cut
-constexpr double kBesidePull = 30;    // beside the cut, where a slope shows, as much firmer
 constexpr double kUncut = 0.25;       // of the strip beside fixed surface: there the shape is the blank's own
 constexpr double kTiny_mm = 1e-5;     // off the design: too little to have a direction
 
@@ -25,6 +24,7 @@ ShapeProblem::ShapeProblem(const DesignPlaces& design, const std::vector<BlankPa
                            const ReconstructionOptions& options)
     : design_(design),
       blank_(blank),
+      measured_count_(blank.size()),
       regions_(regions),
       region_of_(std::move(region_of)),
       options_(options),
@@ -72,17 +72,26 @@ std::vector<std::uint8_t> ShapeProblem::CoveredOf(const ControlLattice& lattice)
   return covered;
 }
 
-void ShapeProblem::AddPulls(const FreeFormDeformation& still, LatticeSystem* system) const {
-  const double weight = options_.patch_mm * options_.patch_mm;
-  for (std::size_t j = 0; j < blank_.size(); ++j)
-    if (Is(j, RegionKind::kFixed) && first_feet_[j])
-      if (const auto at = still.WeightsAt(first_feet_[j]->place_mm))
-        system->AddPull(*at, (about_machined_[j] ? kBesidePull : 1) * weight,
-                        first_feet_[j]->distance_mm * first_feet_[j]->design_normal);
-  for (std::size_t i = 0; i < design_.places.size(); ++i)
-    if (regions_[region_of_[i]].kind == RegionKind::kDatum)
-      if (const auto at = still.WeightsAt(design_.places[i].point_mm))
-        system->AddPull(*at, kDatumPull * design_.places[i].area_mm2, Vector3d::Zero());
+std::vector<LatticePull> ShapeProblem::Pulls(const FreeFormDeformation& still, const PullWeights& weights) const {
+  std::vector<LatticePull> pulls;
+  const double area_mm2 = options_.patch_mm * options_.patch_mm;
+  for (std::size_t j = 0; j < measured_count_; ++j) {
+    const std::optional<SurfaceFoot>& foot = feet_[j] ? feet_[j] : first_feet_[j];
+    const double weight = Is(j, RegionKind::kMachined) ? weights.machined
+                          : !Is(j, RegionKind::kFixed) ? 0
+                          : about_machined_[j]         ? weights.beside
+                                                       : 1;
+    if (!(weight > 0) || !foot) continue;
+    if (const auto at = still.WeightsAt(foot->place_mm))
+      pulls.push_back(
+          {*at, weight * area_mm2, foot->displacement_mm + foot->distance_mm * foot->normal, foot->normal, true});
+  }
+  for (std::size_t i = 0; i < design_.places.size(); ++i) {
+    if (regions_[region_of_[i]].kind != RegionKind::kDatum) continue;
+    if (const auto at = still.WeightsAt(design_.places[i].point_mm))
+      pulls.push_back({*at, kDatumPull * design_.places[i].area_mm2});
+  }
+  return pulls;
 }
 
 ShapeProblem::Band ShapeProblem::BandOf(const Vector3d& place_mm, const Vector3d& normal, std::uint32_t triangle,
@@ -149,15 +158,22 @@ void ShapeProblem::PutWanted() {
   cut_part_.assign(blank_.size(), 1);
   for (std::size_t j = 0; j < blank_.size(); ++j) {
     if (!feet_[j] || !Is(j, RegionKind::kMachined)) continue;
-    if (options_.blend_mm > 0) {
-      const double from_fixed_mm = fixed_places_.Nearest(feet_[j]->place_mm, feet_[j]->design_normal, 0);
-      cut_part_[j] = SmoothStep((from_fixed_mm / options_.blend_mm - kUncut) / (1 - kUncut));
-    }
-    const double guard_mm = options_.coverage_factor * blank_[j].standard_uncertainty_mm;
-    // What is not cut is the blank's own surface, as far as it is known.
-    wanted_mm_[j] =
-        cut_part_[j] * (regions_[region_of_patch_[j]].allowance_mm + guard_mm) - (1 - cut_part_[j]) * guard_mm;
+    const Wanted wanted = WantedAt(*feet_[j], regions_[region_of_patch_[j]], blank_[j].standard_uncertainty_mm);
+    cut_part_[j] = wanted.cut_part;
+    wanted_mm_[j] = wanted.wanted_mm;
   }
+}
+
+ShapeProblem::Wanted ShapeProblem::WantedAt(const SurfaceFoot& foot, const ShapeRegion& region,
+                                            double standard_uncertainty_mm) const {
+  double cut_part = 1;
+  if (options_.blend_mm > 0) {
+    const double from_fixed_mm = fixed_places_.Nearest(foot.place_mm, foot.design_normal, 0);
+    cut_part = SmoothStep((from_fixed_mm / options_.blend_mm - kUncut) / (1 - kUncut));
+  }
+  const double guard_mm = options_.coverage_factor * standard_uncertainty_mm;
+  // What is not cut is the blank's own surface, as far as it is known.
+  return {cut_part, cut_part * (region.allowance_mm + guard_mm) - (1 - cut_part) * guard_mm};
 }
 
 std::vector<DisplacementLimit> ShapeProblem::Limits(const FreeFormDeformation& still, double margin_mm) const {
@@ -186,24 +202,26 @@ std::vector<DisplacementLimit> ShapeProblem::Limits(const FreeFormDeformation& s
     DisplacementLimit& band = limits[BandLimit(j)];
     own.at = band.at = anywhere;
     const bool is_fixed = Is(j, RegionKind::kFixed);
-    const std::optional<SurfaceFoot>& foot = is_fixed ? first_feet_[j] : feet_[j];
+    const std::optional<SurfaceFoot>& foot = feet_[j] || !is_fixed ? feet_[j] : first_feet_[j];
     if (!foot || region_of_patch_[j] == regions_.size()) continue;
     const auto at = still.WeightsAt(foot->place_mm);
     if (!at) continue;
     own.at = band.at = *at;
+    own.direction = foot->normal;
     const ShapeRegion& region = regions_[region_of_patch_[j]];
+    // Along the shape's own normal there, so that one that slides along the wall meets its waves as they are.
+    const double whole_mm = foot->distance_mm + foot->normal.dot(foot->displacement_mm);
     if (is_fixed) {
-      own.direction = band.direction = foot->design_normal;
       own.least_kind = own.most_kind = LimitKind::kFixed;
-      own.least_mm = foot->distance_mm - Tube_mm(j) + margin_mm / 2;
-      own.most_mm = foot->distance_mm + Tube_mm(j) - margin_mm / 2;
+      const double tube_mm = margin_mm > 0 ? Tube_mm(j) - margin_mm / 2 : DoubtedTube_mm(j);
+      own.least_mm = whole_mm - tube_mm;
+      own.most_mm = whole_mm + tube_mm;
+      band.direction = foot->design_normal;
       band.least_mm = region.lower_mm + margin_mm;
       band.most_mm = region.upper_mm - margin_mm;
     } else if (region.kind == RegionKind::kMachined) {
-      own.direction = foot->normal;
       own.most_kind = LimitKind::kStock;
-      own.most_mm =
-          foot->distance_mm + foot->normal.dot(foot->displacement_mm) - wanted_mm_[j] - cut_part_[j] * margin_mm;
+      own.most_mm = whole_mm - wanted_mm_[j] - cut_part_[j] * margin_mm;
       band_limit(patch_bands_[j], region, &band);
     }
   }

@@ -19,6 +19,11 @@ struct ShapeMisses {
   double Most() const { return *std::max_element(missed_mm.begin(), missed_mm.end()); }
 };
 
+// Of pulls a square millimetre, as parts of a fixed patch's: of fixed ones beside machined ones, and of machined ones towards the blank.
+struct PullWeights {
+  double beside = 1, machined = 0;
+};
+
 class ShapeProblem {
  public:
   ShapeProblem(const DesignPlaces& design, const std::vector<BlankPatch>& blank,
@@ -29,14 +34,27 @@ class ShapeProblem {
   ControlLattice LatticeOf(double spacing_mm) const;
   std::vector<std::uint8_t> CoveredOf(const ControlLattice& lattice) const;
 
-  // Wants the displacement of fixed places and datums.
-  void AddPulls(const FreeFormDeformation& still, LatticeSystem* system) const;
+  // What the displacement of fixed patches and datums is to be: about what was looked at, whatever lies along a patch's wall is left to it.
+  std::vector<LatticePull> Pulls(const FreeFormDeformation& still, const PullWeights& weights) const;
   // Measures everything beside the deformation; null: the design itself.
   void LookAt(const FreeFormDeformation* deformation);
-  // Limits of the displacement in the lattice, to first order about what was looked at, narrowed by a margin. Always as many, in the same
-  // order: of each place its band, then of each patch what its stock or its following asks, then its band.
+  // Limits of the displacement in the lattice, to first order about what was looked at, narrowed by a margin; without one, what noise may explain
+  // widens those of fixed walls. In the same order always: of each place its band, then of each patch what its stock or its following asks, then
+  // its band.
   std::vector<DisplacementLimit> Limits(const FreeFormDeformation& still, double margin_mm) const;
   HoldingPlace PlaceOf(std::size_t limit, bool most, const std::vector<DisplacementLimit>& limits) const;
+
+  // Fixed patches become means of those about them, as they stand off the deformation that was looked at: noise is followed by no lattice.
+  void EvenFixed();
+  // Guesses where the blank's machined surface stands between its patches: the design's waves, carried as the patches about them were. blank_as: the
+  // deformation that was looked at, which makes the design the blank.
+  void GuessBetween(const FreeFormDeformation& blank_as);
+  // Of those guesses the ones that lack stock beside this deformation become patches whose stock is asked like that of the others, though they prove
+  // nothing; how many.
+  std::size_t TakeLacking(const FreeFormDeformation& deformation);
+
+  // Forgets those that were taken.
+  void DropGuesses();
 
   ShapeMisses Misses() const;
   // Patches whose own limits contradict each other, by how much; about what was looked at.
@@ -59,17 +77,34 @@ class ShapeProblem {
   Band BandOf(const Eigen::Vector3d& place_mm, const Eigen::Vector3d& normal, std::uint32_t triangle,
               const Eigen::Vector3d& displacement_mm) const;
   void PutWanted();
-  // Of a fixed patch: beyond what it is uncertain by itself.
+  // Of a machined place: how much of what is asked is asked so near to fixed surface, and what stock that is.
+  struct Wanted {
+    double cut_part, wanted_mm;
+  };
+  Wanted WantedAt(const SurfaceFoot& foot, const ShapeRegion& region, double standard_uncertainty_mm) const;
+  // How far the shape may be off a fixed patch; where what noise may explain is no contradiction, beyond that.
   double Tube_mm(std::size_t patch) const {
-    return (about_machined_[patch] ? std::min(options_.step_mm, options_.fixed_within_mm) : options_.fixed_within_mm) +
-           options_.coverage_factor * blank_[patch].standard_uncertainty_mm;
+    return about_machined_[patch] ? std::min(options_.step_mm, options_.fixed_within_mm) : options_.fixed_within_mm;
+  }
+  double DoubtedTube_mm(std::size_t patch) const {
+    return Tube_mm(patch) + options_.coverage_factor * blank_[patch].standard_uncertainty_mm;
   }
   bool Is(std::size_t patch, RegionKind kind) const {
     return region_of_patch_[patch] < regions_.size() && regions_[region_of_patch_[patch]].kind == kind;
   }
 
   const DesignPlaces& design_;
-  const std::vector<BlankPatch>& blank_;
+  std::vector<BlankPatch> blank_;  // first what was measured, then what was guessed between
+  const std::size_t measured_count_;
+  // Of the blank between its patches, with the place of the design that was carried there.
+  struct Guess {
+    BlankPatch patch;
+    Eigen::Vector3d place_mm;
+    std::uint32_t triangle;
+    Eigen::Vector3d displacement_mm;  // of the place, when it was looked at last
+    double spare_mm;                  // then
+  };
+  std::vector<Guess> between_;  // not taken yet
   const std::vector<ShapeRegion>& regions_;
   const std::vector<std::uint8_t> region_of_;
   const ReconstructionOptions& options_;

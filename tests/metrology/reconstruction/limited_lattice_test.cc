@@ -114,6 +114,46 @@ Dense DenseSystem() {
   return dense;
 }
 
+// Walls that slide: the least by the whole matrix over the three components at once.
+TEST(LatticeSystem, SlidesAlongItsWallsAsTheWholeMatrixSays) {
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::normal_distribution<double> normal(0, 1);
+  std::vector<LatticePull> pulls;
+  for (int i = 0; i < 400; ++i) {
+    LatticePull pull;
+    pull.at = At(Vector3d(15 * unit(random), 16 * unit(random), 36 * unit(random)));
+    pull.weight = 0.5 + unit(random);
+    pull.normal = Vector3d(normal(random), normal(random), normal(random)).normalized();
+    pull.wanted_mm = Vector3d(normal(random), normal(random), normal(random));
+    pull.slides = i % 4 != 0;
+    pulls.push_back(pull);
+  }
+  LatticeSystem system(Lattice(), {});
+  system.AddEnergy(1e-2, 20);
+  system.AddPulls(pulls);
+  ASSERT_TRUE(system.Factor());
+  Dense dense = DenseOf(1e-2, 20);
+  for (const LatticePull& pull : pulls)
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3d along = pull.slides ? pull.normal : Vector3d(Vector3d::Unit(axis));
+      if (pull.slides && axis > 0) break;
+      const VectorXd row = RowOf(pull.at, along);
+      dense.matrix += pull.weight * row * row.transpose();
+      dense.right += pull.weight * along.dot(pull.wanted_mm) * row;
+    }
+  const VectorXd wanted = dense.matrix.ldlt().solve(dense.right);
+  const ControlDisplacements slid_mm = system.Slid(pulls);
+  const Eigen::Map<const VectorXd> found(slid_mm.data(), wanted.size());
+  const VectorXd off = found - wanted;
+  // Of the energy that there is to gain, a millionth is left at most: so far the gradients are followed.
+  EXPECT_LT(off.dot(dense.matrix * off), 1e-6 * wanted.dot(dense.matrix * wanted));
+  // Pulled as vectors it is another shape: walls that stand against each other.
+  const ControlDisplacements stiff_mm = system.Moved(MatrixXd::Zero(system.size(), 3));
+  const VectorXd other = Eigen::Map<const VectorXd>(stiff_mm.data(), wanted.size()) - wanted;
+  EXPECT_GT(other.dot(dense.matrix * other), 1e-2 * wanted.dot(dense.matrix * wanted));
+}
+
 SlackRule Firm() {
   SlackRule rule;
   rule.compliance.fill(1e-8);
