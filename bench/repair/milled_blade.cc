@@ -1,0 +1,181 @@
+#include "bench/repair/milled_blade.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "metrology/milling/removal.h"
+
+namespace sixpoint::bench {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using metrology::BladeSection;
+using metrology::NormalMethod;
+
+constexpr std::uint64_t kSeed = 4;
+constexpr double kNoise_mm = 2e-3;
+constexpr double kKept = 0.8;
+constexpr double kScallop_mm = 0.005;
+constexpr double kWeld_mm = 1.2;              // of the weld, over the true surface
+constexpr double kOutlineExpanded_mm = 3e-3;  // of the measured outlines: what the guard keeps clear
+constexpr double kDepth_mm = 0.25;            // of the dexels: less than half of the blade's thinnest end
+constexpr double kNearLine_mm = 8;            // below the line: so far dexels stand
+
+template <typename Work>
+double Seconds(const Work& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// Dexels on an outline, about so far apart.
+void StandOn(const metrology::Outline& outline, double z_mm, const Vector2d& origin_mm, double top_mm,
+             std::vector<metrology::Dexel>* dexels) {
+  for (double at_mm = 0; at_mm < outline.length_mm(); at_mm += 0.15) {
+    const metrology::OutlinePlace place = outline.PlaceAt(at_mm);
+    const Vector2d point = outline.PointAt(place) + origin_mm, normal = outline.NormalAt(place);
+    dexels->push_back({{point.x(), point.y(), z_mm}, {normal.x(), normal.y(), 0}, top_mm});
+  }
+}
+
+struct Judged {
+  double gouge_mm = 0, rest_mm = 0, mean_rest_mm = 0;
+  std::size_t touched = 0, count = 0;
+};
+
+Judged JudgedBy(const std::vector<metrology::Dexel>& dexels, const metrology::RecontourPath& path,
+                const metrology::BallMill& mill, int thread_count) {
+  const metrology::Removal removal = Remove(dexels, path, mill, kDepth_mm, thread_count);
+  Judged judged;
+  judged.touched = removal.touched_count;
+  judged.count = dexels.size();
+  for (const double top_mm : removal.top_mm) {
+    judged.gouge_mm = std::max(judged.gouge_mm, -top_mm);
+    judged.rest_mm = std::max(judged.rest_mm, top_mm);
+    judged.mean_rest_mm += top_mm / static_cast<double>(dexels.size());
+  }
+  return judged;
+}
+
+struct Planned {
+  std::vector<BladeSection> measured;
+  metrology::Extrapolation target;
+  metrology::GuardedSurface guard;
+  double stock_mm = 0;
+};
+
+}  // namespace
+
+void RunPlan(const DrawnBlade& drawn, std::size_t points, int thread_count, nlohmann::json* figures) {
+  const NominalBlade& nominal = drawn.nominal;
+  const BladeWorld world(kSeed, nominal.low_mm, nominal.high_mm);
+  const std::size_t kept = KeptSections(drawn, kKept);
+  metrology::StackOptions options = drawn.options;
+  options.heights.cutoff_mm = drawn.sections[kept - 1].z_mm;
+  options.thread_count = thread_count;
+  metrology::PathOptions path_options;
+  const double step_mm = *metrology::StepOverFor(kScallop_mm, path_options.mill.radius_mm);
+  const std::vector<double> pass_z_mm =
+      metrology::PassHeights(options.heights.cutoff_mm, options.heights.target_mm, step_mm);
+  const std::vector<BladeSection> below(drawn.sections.begin(),
+                                        drawn.sections.begin() + static_cast<std::ptrdiff_t>(kept));
+  std::vector<BladeSection> asked;
+  const double prepared_s = Seconds([&] { asked = *NominalSections(*nominal.surface, pass_z_mm, options); });
+  // The cloud: the blade's own wall, and above the line the weld.
+  const WallPoints wall = WallOf(*nominal.surface, points, nominal.low_mm.z(), nominal.high_mm.z(), 9);
+  metrology::Points cloud = ScanOf(wall, world, kNoise_mm, kSeed);
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    if (cloud[i].z() > options.heights.cutoff_mm + 0.3)
+      cloud[i] += kWeld_mm * Vector3d(wall.normals[i].x(), wall.normals[i].y(), 0).normalized();
+  nominal.surface->PrepareNear(thread_count);
+  std::vector<double> pass_s, plan_s;
+  Planned planned;
+  absl::StatusOr<metrology::RecontourPath> path = absl::InternalError("");
+  for (int run = 0; run < 3; ++run) {
+    std::vector<double> distances_mm;
+    pass_s.push_back(Seconds([&] { nominal.surface->SignedDistances(cloud, 2, thread_count, &distances_mm); }));
+    double sections_s = 0, target_s = 0, path_s = 0;
+    sections_s = Seconds([&] { planned.measured = *MeasureSections(cloud, options); });
+    target_s = Seconds([&] {
+      planned.target = *Extrapolate(planned.measured, below, asked, metrology::ExtrapolationMethod::kProcessOfDeviation,
+                                    thread_count);
+    });
+    path_s = Seconds([&] {
+      metrology::Points weld;
+      for (const Vector3d& point : cloud)
+        if (point.z() > options.heights.cutoff_mm + 0.3) weld.push_back(point);
+      planned.stock_mm = WeldStock_mm(planned.target.sections, options.origin_mm, weld);
+      planned.guard = GuardBelow(planned.measured, options.origin_mm, 2, kOutlineExpanded_mm);
+      path = PlanPath(planned.target.sections, options.origin_mm, planned.stock_mm, planned.guard, path_options,
+                      thread_count);
+    });
+    plan_s.push_back(sections_s + target_s + path_s);
+    std::printf("plan of %zu points: pass %.3f s; sections %.3f s, target %.3f s, path %.3f s\n", cloud.size(),
+                pass_s.back(), sections_s, target_s, path_s);
+  }
+  if (!path.ok()) {
+    std::printf("no path: %s\n", std::string(path.status().message()).c_str());
+    return;
+  }
+  std::sort(pass_s.begin(), pass_s.end());
+  std::sort(plan_s.begin(), plan_s.end());
+  std::size_t places = 0;
+  double lifted_mm = 0;
+  for (const auto& pass : path->passes)
+    for (const auto& place : pass.places) ++places, lifted_mm = std::max(lifted_mm, place.lifted_mm);
+  std::printf(
+      "nominal sections prepared in %.1f s; plan %.3f s = %.1f passes; stock %.3f mm, %zu roughing layers, %zu "
+      "passes, %zu places, scallop %.2f um, lifted %.2f um at most\n",
+      prepared_s, plan_s[1], plan_s[1] / pass_s[1], planned.stock_mm, path->roughing_layers, path->passes.size(),
+      places, 1e3 * path->scallop_mm, 1e3 * lifted_mm);
+  (*figures)["plan_over_distance_passes"] = plan_s[1] / pass_s[1];
+  (*figures)["plan_s"] = plan_s[1];
+  (*figures)["distance_pass_s"] = pass_s[1];
+  (*figures)["nominal_sections_s"] = prepared_s;
+  std::vector<metrology::Dexel> under, over;
+  for (double z_mm = options.heights.cutoff_mm - kNearLine_mm; z_mm < options.heights.cutoff_mm; z_mm += 0.5) {
+    // Denser towards the line, where a ball could reach under it.
+    const double left_mm = options.heights.cutoff_mm - z_mm;
+    const std::vector<double> here = left_mm > 1
+                                         ? std::vector<double>{z_mm}
+                                         : std::vector<double>{z_mm, z_mm + 0.1, z_mm + 0.2, z_mm + 0.3, z_mm + 0.4};
+    const auto cut = NominalSections(*nominal.surface, here, options);
+    for (const BladeSection& section : *cut)
+      StandOn(TrueOutline(section, world, options), section.z_mm, options.origin_mm, 0, &under);
+  }
+  for (std::size_t k = 0; k < asked.size(); ++k)
+    StandOn(planned.target.sections[k].outline, asked[k].z_mm, options.origin_mm, kWeld_mm, &over);
+  for (const NormalMethod method : {NormalMethod::kPublished, NormalMethod::kSurface}) {
+    metrology::PathOptions by = path_options;
+    by.normals = method;
+    for (const bool guarded : {false, true}) {
+      const auto made = PlanPath(planned.target.sections, options.origin_mm, planned.stock_mm,
+                                 guarded ? planned.guard : metrology::GuardedSurface{}, by, thread_count);
+      if (!made.ok()) continue;
+      const Judged low = JudgedBy(under, *made, by.mill, thread_count),
+                   high = JudgedBy(over, *made, by.mill, thread_count);
+      std::printf(
+          "%-9s normals, %-9s: below the line %zu of %zu dexels touched, %.3f um deep; above it %.3f um below the "
+          "target, rest %.2f um at most, %.2f um mean\n",
+          method == NormalMethod::kPublished ? "published" : "surface", guarded ? "guarded" : "unguarded", low.touched,
+          low.count, 1e3 * low.gouge_mm, 1e3 * high.gouge_mm, 1e3 * high.rest_mm, 1e3 * high.mean_rest_mm);
+      std::fflush(stdout);
+      if (method == NormalMethod::kPublished || !guarded) continue;
+      double least_expanded_mm = 1e9;
+      for (const auto& section : planned.target.sections)
+        for (const double standard_mm : section.standard_mm)
+          least_expanded_mm = std::min(least_expanded_mm, 1.96 * standard_mm);
+      (*figures)["below_line_um"] = 1e3 * std::max(0.0, low.gouge_mm);
+      (*figures)["gouge_um"] = 1e3 * std::max({0.0, low.gouge_mm, high.gouge_mm - least_expanded_mm});
+      (*figures)["overcut_um"] = 1e3 * high.gouge_mm;
+      (*figures)["least_target_u_um"] = 1e3 * least_expanded_mm;
+      (*figures)["rest_um"] = 1e3 * high.rest_mm;
+      (*figures)["dexels_below_line_touched"] = low.touched;
+    }
+  }
+}
+
+}  // namespace sixpoint::bench

@@ -1,0 +1,58 @@
+// A damaged blade's sections by height, from its cloud, and the nominal ones beside them (docs/methods/repair.md).
+//
+// Part frame, whose z is the blade's span; mm. The section frames share x, y and their origin's place; only z differs. Thread-safe; the same bits
+// on any number of threads, and in whatever order points come.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "metrology/repair/camber_profile.h"
+#include "metrology/sections/outlines.h"
+
+namespace sixpoint::metrology {
+
+struct SectionHeights {
+  double first_mm = 0;       // the lowest section: above platform and fillet
+  double cutoff_mm = 0;      // the repair line: nothing above it is the blade's own
+  double target_mm = 0;      // z_max
+  double line_width_mm = 1;  // b_r: between sections, and between the recontouring passes
+};
+
+struct StackOptions {
+  SectionHeights heights;
+  Eigen::Vector2d origin_mm = Eigen::Vector2d::Zero();  // of all section frames
+  std::optional<Eigen::Vector2d>
+      leading_mm;              // a place near the leading edge, part frame; none: the end at the smaller x
+  double half_width_mm = 0.1;  // points so near to a section's plane are taken; at most half the line width
+  double noise_um = 2;         // of a point, one sigma; 0: what the residuals show
+  CamberMethod camber = CamberMethod::kBisected;
+  int thread_count = 1;
+};
+
+struct BladeSection {
+  double z_mm = 0;
+  Outline outline;
+  CamberProfile profile;
+};
+
+// By z, from first_mm on in steps of the line width. INVALID_ARGUMENT, by name: heights that do not follow each other, a cut-off below two thirds
+// of the way from first to target, fewer sections below it than the regression needs; "sections[3].outline": what is no closed airfoil.
+absl::StatusOr<std::vector<BladeSection>> MeasureSections(const Points& points_mm, const StackOptions& options);
+
+// The nominal sections at any heights, by the same code.
+absl::StatusOr<std::vector<BladeSection>> NominalSections(const Surface& surface, const std::vector<double>& z_mm,
+                                                          const StackOptions& options);
+
+// Of the sections that are measured: first_mm to cutoff_mm. And of those to be made: the line widths after the last one, up to target_mm, which
+// ends them.
+std::vector<double> MeasuredHeights(const SectionHeights& heights);
+std::vector<double> TargetHeights(const SectionHeights& heights);
+
+// As MeasureSections refuses; also what only this room's readers need of options.
+absl::Status CheckHeights(const SectionHeights& heights);
+
+}  // namespace sixpoint::metrology

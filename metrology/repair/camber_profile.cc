@@ -1,0 +1,336 @@
+#include "metrology/repair/camber_profile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "metrology/linear_algebra/least_squares.h"
+#include "metrology/repair/outline_sides.h"
+#include "metrology/statistics/ranks.h"
+#include "refusal/refusal.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kSmoothReach = 0.012;  // of the line: circles within it make its parabola at a place
+constexpr std::size_t kLeastNear = 6;
+constexpr std::size_t kLeastCircles = 20;
+constexpr double kOffLineSigmas = 5;
+constexpr std::size_t kScatterOver = 12;     // circles to either side, by which scatter is known
+constexpr double kLeastScatter_mm = 1e-4;    // below it circles scatter by rounding
+constexpr double kLeadingReachRadii = 2;     // of the last circle: so far back the leading parabola is taken
+constexpr double kTrailingReachRadii = 1.6;  // and the trailing line
+constexpr std::size_t kExtensionPoints = 16;
+constexpr double kLongestRadii = 4;  // no end is farther from its last circle
+
+double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+// The medial axis as functions of the way along it.
+struct Line {
+  std::vector<double> at_mm;
+  std::vector<Vector2d> centres_mm;
+  std::vector<double> radii_mm;
+
+  double length_mm() const { return at_mm.back(); }
+};
+
+Line LineThrough(const std::vector<InscribedCircle>& circles) {
+  Line line;
+  for (const InscribedCircle& circle : circles) {
+    const double at = line.at_mm.empty() ? 0 : line.at_mm.back() + (circle.centre_mm - line.centres_mm.back()).norm();
+    line.at_mm.push_back(at);
+    line.centres_mm.push_back(circle.centre_mm);
+    line.radii_mm.push_back(circle.radius_mm);
+  }
+  return line;
+}
+
+// Of the weighted parabola through the circles about a place, less one of them where that is asked.
+CamberStation Smoothed(const Line& line, double at_mm, std::size_t left_out) {
+  const std::size_t count = line.at_mm.size();
+  const auto lower = std::lower_bound(line.at_mm.begin(), line.at_mm.end(), at_mm - kSmoothReach * line.length_mm());
+  const auto upper = std::upper_bound(lower, line.at_mm.end(), at_mm + kSmoothReach * line.length_mm());
+  auto first = static_cast<std::size_t>(lower - line.at_mm.begin());
+  auto end = static_cast<std::size_t>(upper - line.at_mm.begin());
+  while (end - first < kLeastNear && end - first < count) {
+    const bool back = end == count || (first > 0 && at_mm - line.at_mm[first - 1] < line.at_mm[end] - at_mm);
+    back ? --first : ++end;
+  }
+  const double reach = 1.001 * std::max({line.at_mm[end - 1] - at_mm, at_mm - line.at_mm[first], 1e-9});
+  Eigen::Matrix3d normal = 1e-14 * Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d right = Eigen::Matrix3d::Zero();
+  const Vector2d origin = line.centres_mm[first];
+  for (std::size_t i = first; i < end; ++i) {
+    if (i == left_out) continue;
+    const double x = (line.at_mm[i] - at_mm) / reach, weight = std::pow(1 - x * x, 2);
+    const Eigen::Vector3d row(1, x, x * x);
+    const Vector2d off = line.centres_mm[i] - origin;
+    normal += weight * row * row.transpose();
+    right += weight * row * Eigen::RowVector3d(off.x(), off.y(), line.radii_mm[i]);
+  }
+  const Eigen::Matrix3d curve = normal.ldlt().solve(right);
+  CamberStation station;
+  station.centre_mm = origin + Vector2d(curve(0, 0), curve(0, 1));
+  station.along = Vector2d(curve(1, 0), curve(1, 1)).normalized();
+  station.radius_mm = std::max(0.0, curve(0, 2));
+  return station;
+}
+
+// The named filters, in their order.
+std::vector<InscribedCircle> Filtered(const std::vector<InscribedCircle>& found, CamberFilters* filters) {
+  std::vector<InscribedCircle> kept;
+  double furthest_mm = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Vector2d along = found[std::min(i + 2, found.size() - 1)].centre_mm - found[i < 2 ? 0 : i - 2].centre_mm;
+    if (Cross(along, found[i].normal) * Cross(along, found[i].other_normal) >= 0) {
+      ++filters->one_sided_count;
+    } else if (found[i].along_mm <= furthest_mm) {
+      ++filters->out_of_order_count;
+    } else {
+      furthest_mm = found[i].along_mm;
+      kept.push_back(found[i]);
+    }
+  }
+  if (kept.size() < kLeastCircles) return kept;
+  const Line line = LineThrough(kept);
+  std::vector<double> off;
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    off.push_back((Smoothed(line, line.at_mm[i], i).centre_mm - line.centres_mm[i]).norm());
+  std::vector<InscribedCircle> near;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    // Beside its neighbours' scatter: near the ends the line bends more, and circles scatter more, than in the middle.
+    const auto first = off.begin() + static_cast<std::ptrdiff_t>(i - std::min(i, kScatterOver));
+    const auto end = off.begin() + static_cast<std::ptrdiff_t>(std::min(i + kScatterOver + 1, off.size()));
+    const double limit_mm = kOffLineSigmas * std::max(kLeastScatter_mm, RobustSigmaOfMagnitudes({first, end}));
+    if (off[i] <= limit_mm)
+      near.push_back(kept[i]);
+    else
+      ++filters->off_line_count;
+  }
+  return near;
+}
+
+// From a place on along a parabola.
+struct Way {
+  Vector2d from_mm, along;
+  double bend = 0;
+  Vector2d At(double x) const { return from_mm + x * along + bend * x * x * LeftOf(along); }
+};
+
+// Where it first leaves the outline.
+std::optional<double> LeavesAt(const Outline& outline, const Way& way, double longest_mm) {
+  constexpr int kSteps = 200;
+  const auto outside = [&](double x) {
+    const OutlinePlace place = outline.Nearest(way.At(x));
+    return (way.At(x) - outline.PointAt(place)).dot(outline.NormalAt(place)) > 0;
+  };
+  for (int k = 1; k <= kSteps; ++k) {
+    double low = longest_mm * (k - 1) / kSteps, high = longest_mm * k / kSteps;
+    if (!outside(high)) continue;
+    for (int turn = 0; turn < 40; ++turn) (outside((low + high) / 2) ? high : low) = (low + high) / 2;
+    return low;
+  }
+  return std::nullopt;
+}
+
+// Beyond the last circle: a line at the trailing edge, a parabola at the leading one, fitted to the line's last part.
+Way PublishedWay(const Line& line, bool leading) {
+  const double end_mm = leading ? 0 : line.length_mm();
+  const CamberStation last = Smoothed(line, end_mm, line.at_mm.size());
+  const double reach_mm =
+      std::max((leading ? kLeadingReachRadii : kTrailingReachRadii) * last.radius_mm, kSmoothReach * line.length_mm());
+  const Vector2d outward = leading ? Vector2d(-last.along) : last.along;
+  std::vector<std::size_t> near;
+  for (std::size_t k = 0; k < line.at_mm.size(); ++k) {
+    const std::size_t i = leading ? k : line.at_mm.size() - 1 - k;
+    if (std::abs(line.at_mm[i] - end_mm) <= reach_mm || near.size() < kLeastNear) near.push_back(i);
+  }
+  const Eigen::Index degree = leading ? 2 : 1, count = static_cast<Eigen::Index>(near.size());
+  Eigen::MatrixXd rows(count, degree + 1);
+  Eigen::VectorXd right(count);
+  for (Eigen::Index row = 0; row < count; ++row) {
+    const Vector2d off = line.centres_mm[near[static_cast<std::size_t>(row)]] - last.centre_mm;
+    const double x = off.dot(outward), weight = std::max(0.05, 1 + x / reach_mm);
+    for (Eigen::Index power = 0; power <= degree; ++power) rows(row, power) = weight * std::pow(x, power);
+    right[row] = weight * Cross(outward, off);
+  }
+  const Eigen::VectorXd curve = LeastSquares(rows, right);
+  return Way{last.centre_mm + curve[0] * LeftOf(outward), (outward + curve[1] * LeftOf(outward)).normalized(),
+             leading ? curve[2] : 0};
+}
+
+// A sharp end's line ends where the outline does: then it goes straight to the corner.
+CamberExtension Along(Way way, const Outline& outline, double longest_mm, const SectionEnd& end) {
+  auto leaves = LeavesAt(outline, way, longest_mm);
+  if (!leaves) {
+    const Vector2d ahead = end.tip_mm - way.from_mm;
+    way = {way.from_mm, ahead.norm() > 1e-9 ? ahead.normalized() : end.outward, 0};
+    leaves = ahead.norm();
+  }
+  CamberExtension extension;
+  for (std::size_t k = 0; k <= kExtensionPoints; ++k)
+    extension.points_mm.push_back(way.At(*leaves * static_cast<double>(k) / kExtensionPoints));
+  extension.tip_mm = extension.points_mm.back();
+  extension.outward = (way.along + 2 * way.bend * *leaves * LeftOf(way.along)).normalized();
+  return extension;
+}
+
+// Each of its places moved to the middle as long as that is told; from there straight on. The tip parts the sides, and so is found again.
+// inside_mm: a place of the line half a radius before its last circle.
+CamberExtension Bisected(CamberExtension extension, const Outline& outline, double far_tip_mm,
+                         const Vector2d& inside_mm, double radius_mm) {
+  for (int turn = 0; turn < 4; ++turn) {
+    const OutlineSides sides(outline, outline.At(outline.Nearest(extension.tip_mm)), far_tip_mm);
+    std::vector<Vector2d> told;
+    for (std::size_t k = 0; k < extension.points_mm.size(); ++k) {
+      const Vector2d ahead = extension.points_mm[std::min(k + 1, extension.points_mm.size() - 1)] -
+                             extension.points_mm[k == 0 ? 0 : k - 1];
+      const auto middle = sides.MiddleNear(extension.points_mm[k], LeftOf(ahead.normalized()), radius_mm / 2);
+      if (middle) told.push_back(middle->centre_mm);
+    }
+    if (told.empty()) break;
+    // Over half of what is told, or half a radius: two places next to each other would not tell a direction.
+    const Vector2d along = (told.back() - (told.size() < 6 ? inside_mm : told[told.size() / 2])).normalized();
+    const auto leaves = LeavesAt(outline, {told.back(), along, 0}, 4 * radius_mm);
+    if (!leaves) break;
+    extension.tip_mm = told.back() + *leaves * along;
+    extension.outward = along;
+    extension.points_mm = told;
+    const int rest = std::max<int>(4, kExtensionPoints - told.size());
+    for (int k = 1; k <= rest; ++k) extension.points_mm.push_back(told.back() + *leaves * k / rest * along);
+  }
+  return extension;
+}
+
+absl::Status NoAirfoil(const std::string& what) {
+  return Refuse("outline", what, "a closed airfoil: two sides between a leading and a trailing end");
+}
+
+// In the order of the outline.
+std::vector<std::size_t> FarthestPair(const Outline& outline) {
+  const auto& nodes = outline.nodes();
+  std::vector<std::size_t> pair = {0, 0};
+  double farthest = 0;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (std::size_t k = i + 1; k < nodes.size(); ++k) {
+      const double squared = (nodes[i].point_mm - nodes[k].point_mm).squaredNorm();
+      if (squared > farthest) farthest = squared, pair = {i, k};
+    }
+  return pair;
+}
+
+}  // namespace
+
+std::vector<double> ChebyshevPlaces(std::size_t count) {
+  std::vector<double> places(count);
+  for (std::size_t k = 0; k < count; ++k)
+    places[k] = (1 - std::cos(kPi * static_cast<double>(k) / static_cast<double>(count - 1))) / 2;
+  return places;
+}
+
+Outline ChebyshevOutline(const Outline& outline) {
+  const auto& nodes = outline.nodes();
+  std::vector<std::size_t> breaks;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (nodes[i].before != Join::kSmooth) breaks.push_back(i);
+  if (breaks.empty()) breaks = FarthestPair(outline);
+  std::vector<OutlineNode> made;
+  for (std::size_t b = 0; b < breaks.size(); ++b) {
+    // A piece ends where the next one begins; behind a corner or a gap that is another node.
+    const OutlineNode& from = nodes[breaks[b]];
+    const std::size_t next = breaks[(b + 1) % breaks.size()];
+    const bool smooth = nodes[next].before == Join::kSmooth;
+    double length_mm = nodes[smooth ? next : outline.Previous(next)].at_mm - from.at_mm;
+    if (length_mm < 0) length_mm += outline.length_mm();
+    const double share = length_mm / outline.length_mm();
+    const auto count = std::max<std::size_t>(4, std::lround(kOutlinePoints * share)) + (smooth ? 1 : 0);
+    const std::vector<double> places = ChebyshevPlaces(count);
+    for (std::size_t k = 0; k < count - (smooth ? 1 : 0); ++k) {
+      // Just within its piece: at its very end a place would be the next piece's.
+      const double within = std::clamp(places[k], 1e-9, 1 - 1e-9);
+      const OutlinePlace place = outline.PlaceAt(from.at_mm + within * length_mm);
+      OutlineNode node;
+      node.point_mm = outline.PointAt(place);
+      node.normal = outline.NormalAt(place);
+      node.lean = (1 - place.part) * nodes[place.node].lean + place.part * nodes[outline.Next(place.node)].lean;
+      if (k == 0) node.before = from.before;
+      made.push_back(node);
+    }
+  }
+  return Outline(std::move(made));
+}
+
+absl::StatusOr<CamberProfile> ProfileOf(const Outline& outline, const LeadingHint& hint, CamberMethod method) {
+  if (outline.size() < kLeastCircles) return NoAirfoil(std::to_string(outline.size()) + " nodes");
+  const auto camber = CamberOf(outline, hint);
+  if (!camber) return NoAirfoil("no circle touches two sides");
+  if (!camber->leading.place) return NoAirfoil("the leading end was not seen");
+  if (!camber->trailing.place) return NoAirfoil("the trailing end was not seen");
+  CamberProfile profile;
+  const auto circles = Filtered(camber->circles, &profile.filters);
+  if (circles.size() < kLeastCircles) return NoAirfoil(std::to_string(circles.size()) + " circles touch two sides");
+  const Line line = LineThrough(circles);
+  profile.length_mm = line.length_mm();
+  for (const double place : ChebyshevPlaces(kCamberStations))
+    profile.stations.push_back(Smoothed(line, place * line.length_mm(), line.at_mm.size()));
+  const double lead_radius_mm = profile.stations.front().radius_mm, trail_radius_mm = profile.stations.back().radius_mm;
+  auto leading = Along(PublishedWay(line, true), outline, kLongestRadii * lead_radius_mm, camber->leading);
+  auto trailing = Along(PublishedWay(line, false), outline, kLongestRadii * trail_radius_mm, camber->trailing);
+  if (method == CamberMethod::kBisected) {
+    const double leading_at_mm = outline.At(outline.Nearest(leading.tip_mm));
+    const double trailing_at_mm = outline.At(outline.Nearest(trailing.tip_mm));
+    const OutlineSides sides(outline, leading_at_mm, trailing_at_mm);
+    for (CamberStation& station : profile.stations)
+      if (const auto middle = sides.MiddleNear(station.centre_mm, LeftOf(station.along), station.radius_mm / 4))
+        station.centre_mm = middle->centre_mm, station.radius_mm = middle->radius_mm;
+    const auto inside = [&](double radius_mm, bool at_front) {
+      const double part = std::min(0.1, radius_mm / 2 / profile.length_mm);
+      return StationAt(profile, at_front ? part : 1 - part).centre_mm;
+    };
+    leading = Bisected(std::move(leading), outline, trailing_at_mm, inside(lead_radius_mm, true), lead_radius_mm);
+    trailing = Bisected(std::move(trailing), outline, leading_at_mm, inside(trail_radius_mm, false), trail_radius_mm);
+  }
+  profile.leading = std::move(leading);
+  profile.trailing = std::move(trailing);
+  return profile;
+}
+
+CamberStation StationAt(const CamberProfile& profile, double part) {
+  part = std::clamp(part, 0.0, 1.0);
+  const auto last = static_cast<double>(profile.stations.size() - 1);
+  const auto place = [&](std::size_t k) { return (1 - std::cos(kPi * static_cast<double>(k) / last)) / 2; };
+  auto first = static_cast<std::size_t>(std::acos(std::clamp(1 - 2 * part, -1.0, 1.0)) / kPi * last);
+  first = std::min(first, profile.stations.size() - 2);
+  const CamberStation &one = profile.stations[first], &next = profile.stations[first + 1];
+  const double span = place(first + 1) - place(first), t = std::clamp((part - place(first)) / span, 0.0, 1.0),
+               u = 1 - t;
+  const double chord = (next.centre_mm - one.centre_mm).norm();
+  CamberStation station;
+  station.centre_mm = u * u * (1 + 2 * t) * one.centre_mm + t * t * (3 - 2 * t) * next.centre_mm +
+                      chord * (t * u * u * one.along - t * t * u * next.along);
+  station.along = (u * one.along + t * next.along).normalized();
+  station.radius_mm = u * one.radius_mm + t * next.radius_mm;
+  return station;
+}
+
+CamberCheck CheckCamber(const CamberProfile& profile, const Outline& outline) {
+  const double leading_mm = outline.At(outline.Nearest(profile.leading.tip_mm));
+  const double trailing_mm = outline.At(outline.Nearest(profile.trailing.tip_mm));
+  const OutlineSides sides(outline, leading_mm, trailing_mm);
+  const auto differ = [&](const Vector2d& point_mm) { return std::abs(sides.Difference(point_mm)); };
+  CamberCheck check;
+  for (const CamberStation& station : profile.stations)
+    check.line_mm = std::max(check.line_mm, differ(station.centre_mm));
+  for (const Vector2d& point_mm : profile.leading.points_mm)
+    check.leading_extension_mm = std::max(check.leading_extension_mm, differ(point_mm));
+  for (const Vector2d& point_mm : profile.trailing.points_mm)
+    check.trailing_extension_mm = std::max(check.trailing_extension_mm, differ(point_mm));
+  return check;
+}
+
+}  // namespace sixpoint::metrology

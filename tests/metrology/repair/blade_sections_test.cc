@@ -1,0 +1,81 @@
+// Sections of a cloud: where they lie, what they are of a known blade, and what is refused.
+#include "metrology/repair/blade_sections.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "metrology/sections/profile.h"
+#include "tests/metrology/repair/bent_blades.h"
+
+namespace sixpoint::metrology {
+namespace {
+
+StackOptions Options() {
+  StackOptions options;
+  options.heights = {0, 30, 40, 2};
+  return options;
+}
+
+TEST(BladeSections, AreThoseOfTheBlade) {
+  const SectionMotion motion = Bent(0.2, 0.003, 0);
+  const auto measured = MeasureSections(KnownWall(-0.3, 30.3, 200000, 0.002, motion, 7), Options());
+  ASSERT_TRUE(measured.ok()) << measured.status();
+  ASSERT_EQ(measured->size(), 16u);
+  for (const BladeSection& section : *measured) {
+    double squares = 0;
+    const auto polygon = KnownPolygon(section.z_mm, motion);
+    for (const Eigen::Vector2d& point : polygon)
+      squares += std::pow(SignedDistance(section.outline, point, nullptr), 2);
+    // 2 um of noise, averaged over a window's points: a micrometre at most, but at the trailing end.
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(polygon.size())), 0.0015) << section.z_mm;
+    EXPECT_LT(CheckCamber(section.profile, section.outline).line_mm, 5e-3);  // the goal; published 22 um
+  }
+}
+
+TEST(BladeSections, AreTheSameOnAnyNumberOfThreads) {
+  Points points = KnownWall(-0.3, 30.3, 200000, 0.002, nullptr, 9);
+  StackOptions options = Options();
+  const auto one = MeasureSections(points, options);
+  options.thread_count = 4;
+  std::reverse(points.begin(), points.end());
+  const auto four = MeasureSections(points, options);
+  ASSERT_TRUE(one.ok() && four.ok());
+  for (std::size_t k = 0; k < one->size(); ++k)
+    for (std::size_t i = 0; i < (*one)[k].profile.stations.size(); ++i)
+      EXPECT_EQ((*one)[k].profile.stations[i].centre_mm, (*four)[k].profile.stations[i].centre_mm);
+}
+
+TEST(BladeSections, HeightsGoOnToTheTarget) {
+  const SectionHeights heights{0, 30.5, 40, 2};
+  EXPECT_EQ(MeasuredHeights(heights).back(), 30);
+  EXPECT_EQ(TargetHeights(heights), (std::vector<double>{32, 34, 36, 38, 40}));
+}
+
+TEST(BladeSections, RefusesByName) {
+  const auto refused = [](const SectionHeights& heights, const std::string& field) {
+    const absl::Status status = CheckHeights(heights);
+    EXPECT_NE(status.message().find(field + ": "), std::string::npos) << status;
+  };
+  refused({0, 26, 40, 1}, "heights.cutoff_mm");  // below two thirds
+  refused({0, 40, 40, 1}, "heights.cutoff_mm");  // nothing to extrapolate
+  refused({0, 30, -1, 1}, "heights.target_mm");
+  refused({0, 30, 40, 3}, "heights.line_width_mm");  // 11 sections
+  refused({0, 30, std::numeric_limits<double>::quiet_NaN(), 1}, "heights");
+  EXPECT_TRUE(CheckHeights({0, 27, 40, 1}).ok());
+  StackOptions options = Options();
+  options.half_width_mm = 1.5;
+  EXPECT_NE(MeasureSections({}, options).status().message().find("half_width_mm"), std::string::npos);
+  // A cylinder's sections are closed, and no airfoils.
+  Points round;
+  for (int i = 0; i < 60000; ++i) round.emplace_back(5 * std::cos(i * 0.7), 5 * std::sin(i * 0.7), i * 5e-4);
+  const auto measured = MeasureSections(round, Options());
+  ASSERT_FALSE(measured.ok());
+  EXPECT_NE(measured.status().message().find("sections[3].outline: no circle touches two sides"), std::string::npos)
+      << measured.status();
+}
+
+}  // namespace
+}  // namespace sixpoint::metrology
