@@ -67,6 +67,54 @@ struct Planned {
   double stock_mm = 0;
 };
 
+// What paths by either kind of normals, with and without the guard, remove of the true blade and of the weld over the target.
+void RunRemoval(const NominalBlade& nominal, const BladeWorld& world, const metrology::StackOptions& options,
+                const std::vector<BladeSection>& asked, const Planned& planned,
+                const metrology::PathOptions& path_options, nlohmann::json* figures) {
+  const int thread_count = options.thread_count;
+  std::vector<metrology::Dexel> under, over;
+  for (double z_mm = options.heights.cutoff_mm - kNearLine_mm; z_mm < options.heights.cutoff_mm; z_mm += 0.5) {
+    // Denser towards the line, where a ball could reach under it.
+    const double left_mm = options.heights.cutoff_mm - z_mm;
+    const std::vector<double> here = left_mm > 1
+                                         ? std::vector<double>{z_mm}
+                                         : std::vector<double>{z_mm, z_mm + 0.1, z_mm + 0.2, z_mm + 0.3, z_mm + 0.4};
+    const auto cut = NominalSections(*nominal.surface, here, options);
+    for (const BladeSection& section : *cut)
+      StandOn(TrueOutline(section, world, options), section.z_mm, options.origin_mm, 0, &under);
+  }
+  for (std::size_t k = 0; k < asked.size(); ++k)
+    StandOn(planned.target.sections[k].outline, asked[k].z_mm, options.origin_mm, kWeld_mm, &over);
+  for (const NormalMethod method : {NormalMethod::kPublished, NormalMethod::kSurface}) {
+    metrology::PathOptions by = path_options;
+    by.normals = method;
+    for (const bool guarded : {false, true}) {
+      const auto made = PlanPath(planned.target.sections, options.origin_mm, planned.stock_mm,
+                                 guarded ? planned.guard : metrology::GuardedSurface{}, by, thread_count);
+      if (!made.ok()) continue;
+      const Judged low = JudgedBy(under, *made, by.mill, thread_count),
+                   high = JudgedBy(over, *made, by.mill, thread_count);
+      std::printf(
+          "%-9s normals, %-9s: below the line %zu of %zu dexels touched, %.3f um deep; above it %.3f um below the "
+          "target, rest %.2f um at most, %.2f um mean\n",
+          method == NormalMethod::kPublished ? "published" : "surface", guarded ? "guarded" : "unguarded", low.touched,
+          low.count, 1e3 * low.gouge_mm, 1e3 * high.gouge_mm, 1e3 * high.rest_mm, 1e3 * high.mean_rest_mm);
+      std::fflush(stdout);
+      if (method == NormalMethod::kPublished || !guarded) continue;
+      double least_expanded_mm = 1e9;
+      for (const auto& section : planned.target.sections)
+        for (const double standard_mm : section.standard_mm)
+          least_expanded_mm = std::min(least_expanded_mm, 1.96 * standard_mm);
+      (*figures)["below_line_um"] = 1e3 * std::max(0.0, low.gouge_mm);
+      (*figures)["gouge_um"] = 1e3 * std::max({0.0, low.gouge_mm, high.gouge_mm - least_expanded_mm});
+      (*figures)["overcut_um"] = 1e3 * high.gouge_mm;
+      (*figures)["least_target_u_um"] = 1e3 * least_expanded_mm;
+      (*figures)["rest_um"] = 1e3 * high.rest_mm;
+      (*figures)["dexels_below_line_touched"] = low.touched;
+    }
+  }
+}
+
 }  // namespace
 
 void RunPlan(const DrawnBlade& drawn, std::size_t points, int thread_count, nlohmann::json* figures) {
@@ -135,47 +183,7 @@ void RunPlan(const DrawnBlade& drawn, std::size_t points, int thread_count, nloh
   (*figures)["plan_s"] = plan_s[1];
   (*figures)["distance_pass_s"] = pass_s[1];
   (*figures)["nominal_sections_s"] = prepared_s;
-  std::vector<metrology::Dexel> under, over;
-  for (double z_mm = options.heights.cutoff_mm - kNearLine_mm; z_mm < options.heights.cutoff_mm; z_mm += 0.5) {
-    // Denser towards the line, where a ball could reach under it.
-    const double left_mm = options.heights.cutoff_mm - z_mm;
-    const std::vector<double> here = left_mm > 1
-                                         ? std::vector<double>{z_mm}
-                                         : std::vector<double>{z_mm, z_mm + 0.1, z_mm + 0.2, z_mm + 0.3, z_mm + 0.4};
-    const auto cut = NominalSections(*nominal.surface, here, options);
-    for (const BladeSection& section : *cut)
-      StandOn(TrueOutline(section, world, options), section.z_mm, options.origin_mm, 0, &under);
-  }
-  for (std::size_t k = 0; k < asked.size(); ++k)
-    StandOn(planned.target.sections[k].outline, asked[k].z_mm, options.origin_mm, kWeld_mm, &over);
-  for (const NormalMethod method : {NormalMethod::kPublished, NormalMethod::kSurface}) {
-    metrology::PathOptions by = path_options;
-    by.normals = method;
-    for (const bool guarded : {false, true}) {
-      const auto made = PlanPath(planned.target.sections, options.origin_mm, planned.stock_mm,
-                                 guarded ? planned.guard : metrology::GuardedSurface{}, by, thread_count);
-      if (!made.ok()) continue;
-      const Judged low = JudgedBy(under, *made, by.mill, thread_count),
-                   high = JudgedBy(over, *made, by.mill, thread_count);
-      std::printf(
-          "%-9s normals, %-9s: below the line %zu of %zu dexels touched, %.3f um deep; above it %.3f um below the "
-          "target, rest %.2f um at most, %.2f um mean\n",
-          method == NormalMethod::kPublished ? "published" : "surface", guarded ? "guarded" : "unguarded", low.touched,
-          low.count, 1e3 * low.gouge_mm, 1e3 * high.gouge_mm, 1e3 * high.rest_mm, 1e3 * high.mean_rest_mm);
-      std::fflush(stdout);
-      if (method == NormalMethod::kPublished || !guarded) continue;
-      double least_expanded_mm = 1e9;
-      for (const auto& section : planned.target.sections)
-        for (const double standard_mm : section.standard_mm)
-          least_expanded_mm = std::min(least_expanded_mm, 1.96 * standard_mm);
-      (*figures)["below_line_um"] = 1e3 * std::max(0.0, low.gouge_mm);
-      (*figures)["gouge_um"] = 1e3 * std::max({0.0, low.gouge_mm, high.gouge_mm - least_expanded_mm});
-      (*figures)["overcut_um"] = 1e3 * high.gouge_mm;
-      (*figures)["least_target_u_um"] = 1e3 * least_expanded_mm;
-      (*figures)["rest_um"] = 1e3 * high.rest_mm;
-      (*figures)["dexels_below_line_touched"] = low.touched;
-    }
-  }
+  RunRemoval(nominal, world, options, asked, planned, path_options, figures);
 }
 
 }  // namespace sixpoint::bench
