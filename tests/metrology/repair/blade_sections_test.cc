@@ -16,12 +16,13 @@ namespace {
 StackOptions Options() {
   StackOptions options;
   options.heights = {0, 30, 40, 2};
+  options.half_width_mm = 0.2;
   return options;
 }
 
 TEST(BladeSections, AreThoseOfTheBlade) {
   const SectionMotion motion = Bent(0.2, 0.003, 0);
-  const auto measured = MeasureSections(KnownWall(-0.3, 30.3, 200000, 0.002, motion, 7), Options());
+  const auto measured = MeasureSections(KnownWall(-0.3, 30.3, 300000, 0.002, motion, 7), Options());
   ASSERT_TRUE(measured.ok()) << measured.status();
   ASSERT_EQ(measured->size(), 16u);
   for (const BladeSection& section : *measured) {
@@ -36,7 +37,7 @@ TEST(BladeSections, AreThoseOfTheBlade) {
 }
 
 TEST(BladeSections, AreTheSameOnAnyNumberOfThreads) {
-  Points points = KnownWall(-0.3, 30.3, 200000, 0.002, nullptr, 9);
+  Points points = KnownWall(-0.3, 30.3, 300000, 0.002, nullptr, 9);
   StackOptions options = Options();
   const auto one = MeasureSections(points, options);
   options.thread_count = 4;
