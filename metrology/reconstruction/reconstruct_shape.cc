@@ -106,10 +106,13 @@ class Search {
       const absl::StatusOr<bool> found = Passes(*level, is_last);
       if (!found.ok()) return found.status();
       if (*found) {
-        problem_.Transition(&result_.worst_step_mm, &result_.worst_kink_rad);
-        if (result_.worst_kink_rad <= options_.kink_rad) return Found();
+        const ShapeTransition transition = problem_.Transition();
+        result_.worst_step_mm = transition.step_mm;
+        result_.worst_kink_rad = transition.kink_rad;
+        if (transition.kink_rad <= options_.kink_rad) return Found();
         if (is_last)
-          return TooCoarse("the transition kinks by " + Rounded(result_.worst_kink_rad * 180 / M_PI) + " deg");
+          return TooCoarse("the transition of region " + regions_[transition.kink_region].name + " kinks by " +
+                           Rounded(transition.kink_rad * 180 / M_PI) + " deg");
         continue;
       }
       if (is_last) return NotFound(*level);

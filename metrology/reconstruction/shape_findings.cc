@@ -95,8 +95,8 @@ std::vector<RegionFinding> ShapeProblem::Findings() const {
   return findings;
 }
 
-void ShapeProblem::Transition(double* step_mm, double* kink_rad) const {
-  *step_mm = *kink_rad = 0;
+ShapeTransition ShapeProblem::Transition() const {
+  ShapeTransition transition;
   std::vector<std::size_t> beside, fixed;
   // The slope of the rest over three patches about each.
   PlaceGrid fixed_feet(3 * options_.patch_mm);
@@ -107,7 +107,7 @@ void ShapeProblem::Transition(double* step_mm, double* kink_rad) const {
     if (about_machined_[j]) beside.push_back(j);
   }
   for (const std::size_t j : beside) {
-    *step_mm = std::max(*step_mm, std::abs(feet_[j]->distance_mm));
+    transition.step_mm = std::max(transition.step_mm, std::abs(feet_[j]->distance_mm));
     const Vector3d normal = feet_[j]->normal, one = normal.unitOrthogonal(), other = normal.cross(one);
     std::vector<std::array<double, 3>> rows;
     std::vector<double> rest_mm;
@@ -132,8 +132,10 @@ void ShapeProblem::Transition(double* step_mm, double* kink_rad) const {
       matrix.row(static_cast<Eigen::Index>(k)) = Eigen::Map<const Eigen::RowVector3d>(rows[k].data());
     const Eigen::Map<const Eigen::VectorXd> right(rest_mm.data(), static_cast<Eigen::Index>(rest_mm.size()));
     const Eigen::VectorXd plane = LeastSquares(matrix, right);
-    *kink_rad = std::max(*kink_rad, std::atan(std::hypot(plane[1], plane[2])));
+    const double kink_rad = std::atan(std::hypot(plane[1], plane[2]));
+    if (kink_rad > transition.kink_rad) transition.kink_rad = kink_rad, transition.kink_region = region_of_patch_[j];
   }
+  return transition;
 }
 
 }  // namespace sixpoint::metrology

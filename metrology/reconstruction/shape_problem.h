@@ -24,6 +24,12 @@ struct PullWeights {
   double beside = 1, machined = 0;
 };
 
+// The worst of the transition to what is not cut, and where the shape kinks most.
+struct ShapeTransition {
+  double step_mm = 0, kink_rad = 0;
+  std::size_t kink_region = 0;
+};
+
 class ShapeProblem {
  public:
   ShapeProblem(const DesignPlaces& design, const std::vector<BlankPatch>& blank,
@@ -61,7 +67,7 @@ class ShapeProblem {
   std::vector<std::pair<double, std::size_t>> Contradictions() const;
   std::vector<RegionFinding> Findings() const;
   // Of the fixed surface beside the shape, about machined regions.
-  void Transition(double* step_mm, double* kink_rad) const;
+  ShapeTransition Transition() const;
 
   std::size_t BandLimit(std::size_t patch) const { return design_.places.size() + 2 * patch + 1; }
   std::size_t PatchLimit(std::size_t patch) const { return design_.places.size() + 2 * patch; }

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
-#include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "tests/cli/command_run.h"
+#include "tests/cli/plant_with_inspection.h"
 #include "tests/support/in_process_server.h"
 
 namespace sixpoint::cli {
@@ -17,17 +17,9 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-struct PlantThatTakesParts final : plant::v1::PlantService::Service {
-  std::string address;
+struct PlantThatTakesParts final : PlantWithInspection {
   bool knows_solids = true;
   plant::v1::Part taken;
-  grpc::Status ListEndpoints(grpc::ServerContext*, const plant::v1::ListEndpointsRequest*,
-                             plant::v1::ListEndpointsResponse* out) override {
-    auto* endpoint = out->add_endpoints();
-    endpoint->set_area("inspection");
-    endpoint->set_address(address);
-    return grpc::Status::OK;
-  }
   grpc::Status CreatePart(grpc::ServerContext*, const plant::v1::CreatePartRequest* in, plant::v1::Part* out) override {
     taken = in->part();
     *out = taken;

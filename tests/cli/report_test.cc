@@ -8,8 +8,8 @@
 #include "cli/document.h"
 #include "cli/first_article_document.h"
 #include "sixpoint/inspection/v1/report.grpc.pb.h"
-#include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "tests/cli/command_run.h"
+#include "tests/cli/plant_with_inspection.h"
 #include "tests/support/in_process_server.h"
 
 namespace sixpoint::cli {
@@ -22,17 +22,6 @@ std::string Example() {
   const char* source = std::getenv("SIXPOINT_SOURCE_DIR");
   return std::string(source == nullptr ? "." : source) + "/docs/examples/first_article.yaml";
 }
-
-struct FakePlant final : plant::v1::PlantService::Service {
-  std::string address;
-  grpc::Status ListEndpoints(grpc::ServerContext*, const plant::v1::ListEndpointsRequest*,
-                             plant::v1::ListEndpointsResponse* out) override {
-    auto* endpoint = out->add_endpoints();
-    endpoint->set_area("inspection");
-    endpoint->set_address(address);
-    return grpc::Status::OK;
-  }
-};
 
 struct FakeReports final : inspection::v1::ReportService::Service {
   inspection::v1::WriteReportRequest report;
@@ -78,7 +67,7 @@ class ReportCommands : public ::testing::Test {
     return folder_ + "/fields.yaml";
   }
   const std::string folder_ = ::testing::TempDir() + "/report";
-  FakePlant plant_;
+  PlantWithInspection plant_;
   FakeReports reports_;
   testing::InProcessServer server_{{&plant_, &reports_}};
 };

@@ -271,13 +271,14 @@ TEST(ReconstructShape, RefusesByName) {
   EXPECT_THAT(Refused(patches, Regions(), options), StartsWith("options.finest_spacing_mm"));
 }
 
-// Waves that cells of 8 mm cannot follow: what remained.
+// Waves that cells of 8 mm cannot follow: which region, and what remained.
 TEST(ReconstructShape, RefusesALatticeThatIsTooCoarse) {
   auto options = Options();
   options.finest_spacing_mm = 8;
   EXPECT_THAT(Refused(Patches(Blank(0.1, 0.3)), Regions(), options),
               ::testing::AllOf(::testing::StartsWith("options.finest_spacing_mm: 8 mm is too coarse"),
-                               ::testing::HasSubstr("kinks by"), ::testing::HasSubstr(" deg")));
+                               ::testing::HasSubstr("region body"), ::testing::HasSubstr("kinks by"),
+                               ::testing::HasSubstr(" deg")));
 }
 
 }  // namespace
