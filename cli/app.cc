@@ -64,6 +64,7 @@ void AddCommands(Command* root, Session* session) {
   AddInspectCommand(root, session);
   AddInspectionCommands(root, session);
   AddDeviationCommands(root, session);
+  AddReconstructionCommands(root, session);
   AddSectionCommands(root, session);
   AddAssessCommand(root, session);
   AddAssessmentCommands(root, session);

@@ -33,6 +33,7 @@ void AddRegisterCommand(Command* app, Session* session);
 void AddRegistrationCommands(Command* app, Session* session);
 void AddCorrectCommand(Command* app, Session* session);
 void AddCorrectionCommands(Command* app, Session* session);
+void AddReconstructionCommands(Command* app, Session* session);
 void AddInspectCommand(Command* app, Session* session);
 void AddInspectionCommands(Command* app, Session* session);
 void AddDeviationCommands(Command* app, Session* session);

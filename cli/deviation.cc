@@ -1,10 +1,10 @@
 // `sixpoint deviation`: how far a blade's surface is off its CAD, place by place.
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
 #include "cli/commands.h"
 #include "cli/deviation_document.h"
+#include "cli/download_command.h"
 #include "cli/number_format.h"
 #include "cli/out_file.h"
 #include "cli/reports.h"
@@ -117,22 +117,13 @@ void AddMapCommand(Command* deviation, Session* session) {
   });
 }
 
-// The shortest text that reads back as the same number; empty: not seen.
-template <typename Number>
-std::string NumberText(Number value) {
-  if (std::isnan(value)) return "";
-  char buffer[32];
-  const auto written = std::to_chars(buffer, buffer + sizeof buffer, value);
-  return std::string(buffer, written.ptr);
-}
-
 std::string CsvOf(const inspection::v1::DeviationPatches& patches) {
   std::string csv;
   for (int i = 0; i < patches.areas_mm2_size(); ++i) {
-    for (int k = 0; k < 3; ++k) csv += NumberText(patches.centres_in_part_mm(3 * i + k)) + ",";
-    for (int k = 0; k < 3; ++k) csv += NumberText(patches.normals_in_part(3 * i + k)) + ",";
-    csv += NumberText(patches.areas_mm2(i)) + "," + std::to_string(patches.point_counts(i)) + "," +
-           NumberText(patches.means_um(i)) + "," + NumberText(patches.expanded_uncertainties_um(i)) + "\n";
+    for (int k = 0; k < 3; ++k) csv += ShortestNumber(patches.centres_in_part_mm(3 * i + k)) + ",";
+    for (int k = 0; k < 3; ++k) csv += ShortestNumber(patches.normals_in_part(3 * i + k)) + ",";
+    csv += ShortestNumber(patches.areas_mm2(i)) + "," + std::to_string(patches.point_counts(i)) + "," +
+           ShortestNumber(patches.means_um(i)) + "," + ShortestNumber(patches.expanded_uncertainties_um(i)) + "\n";
   }
   return csv;
 }
@@ -200,22 +191,6 @@ absl::Status WriteCloud(Session* session, const std::string& name, const std::st
   return WriteOut(out, std::filesystem::path(out).extension() == ".ply" ? PlyOf(points) : CsvOf(points));
 }
 
-// patches and points alike: a map's name and a file.
-void AddDownloadCommand(Command* deviation, Session* session, const char* name, const char* help, const char* file,
-                        absl::Status (*write)(Session*, const std::string&, const std::string&)) {
-  struct Arguments {
-    std::string id, out;
-  };
-  const auto arguments = std::make_shared<Arguments>();
-  Command* download = deviation->AddCommand(name, help);
-  download->AddOption("ID", &arguments->id, "The deviation map")->Required();
-  AddOutOption(download, &arguments->out, file)->Required();
-  session->OnCommand(download, [session, arguments, write]() -> absl::Status {
-    if (absl::Status good = CheckOut(*session, arguments->out); !good.ok()) return good;
-    return write(session, NameText("deviations", arguments->id), arguments->out);
-  });
-}
-
 }  // namespace
 
 void AddDeviationCommands(Command* app, Session* session) {
@@ -247,9 +222,12 @@ void AddDeviationCommands(Command* app, Session* session) {
                                           DeviationText)
         .status();
   });
-  AddDownloadCommand(deviation, session, "patches", "Writes a map's patches, seen or not", "CSV file", WritePatches);
-  AddDownloadCommand(deviation, session, "points", "Writes a map's points with their deviations",
-                     ".ply, with the deviation as a scalar, or else CSV", WriteCloud);
+  AddDownloadCommand(deviation, session, {"patches", "Writes a map's patches, seen or not", "CSV file"},
+                     "The deviation map", "deviations", WritePatches);
+  AddDownloadCommand(
+      deviation, session,
+      {"points", "Writes a map's points with their deviations", ".ply, with the deviation as a scalar, or else CSV"},
+      "The deviation map", "deviations", WriteCloud);
 }
 
 }  // namespace sixpoint::cli

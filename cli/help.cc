@@ -22,8 +22,8 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades",
-       {"plan", "register", "registration", "correct", "correction", "inspect", "inspection", "deviation", "section",
-        "measurement", "assess", "assessment"}},
+       {"plan", "register", "registration", "correct", "correction", "reconstruction", "inspect", "inspection",
+        "deviation", "section", "measurement", "assess", "assessment"}},
       {"Record", {"recall", "trace", "values", "report", "export", "efficacy", "replay", "rejudge", "ledger"}},
       {"Watching", {"open", "fleet", "events", "webhook"}},
       {"Besides", {"plant", "call", "completion"}},
@@ -154,6 +154,12 @@ constexpr Example kExamples[] = {
      "sixpoint deviation map 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e\n"
      "sixpoint deviation map 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --profile -0.05,0.08 --form\n"
      "sixpoint deviation map 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --tolerances blade.yaml"},
+    {"reconstruction make",
+     "sixpoint reconstruction make 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e\n"
+     "sixpoint reconstruction make 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --allowance 'leading edge=0.05' --lower "
+     "'leading edge=-0.8'"},
+    {"reconstruction list", "sixpoint reconstruction list --blade SN-1 --outcome infeasible"},
+    {"reconstruction patches", "sixpoint reconstruction patches 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.csv"},
     {"section measure",
      "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --heights 320,330,340\n"
      "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --planes sections.yaml --reference 'root'"},

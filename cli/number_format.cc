@@ -1,10 +1,22 @@
 #include "cli/number_format.h"
 
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
 namespace sixpoint::cli {
+namespace {
+
+template <typename Number>
+std::string Shortest(Number value) {
+  if (std::isnan(value)) return "";
+  char buffer[32];
+  const auto written = std::to_chars(buffer, buffer + sizeof buffer, value);
+  return std::string(buffer, written.ptr);
+}
+
+}  // namespace
 
 std::string Fixed(double value, int decimals) {
   if (!std::isfinite(value)) return "-";
@@ -28,6 +40,9 @@ std::string Significant(double value) {
   std::snprintf(text, sizeof text, "%.4g", value);
   return text;
 }
+
+std::string ShortestNumber(double value) { return Shortest(value); }
+std::string ShortestNumber(float value) { return Shortest(value); }
 
 std::string Grouped(std::int64_t value) {
   std::string digits = std::to_string(value);

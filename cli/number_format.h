@@ -12,6 +12,9 @@ std::string Fixed(double value, int decimals);
 std::string FixedOrTiny(double value, int decimals);
 // Four significant digits: "0.03333", "5060", "1.2e+12".
 std::string Significant(double value);
+// The shortest text that reads back as the same number; empty for NaN.
+std::string ShortestNumber(double value);
+std::string ShortestNumber(float value);
 // 20316804 -> "20 316 804".
 std::string Grouped(std::int64_t value);
 

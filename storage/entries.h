@@ -17,7 +17,7 @@ namespace sixpoint::storage {
   "END, e.measured_at, e.summary::text, "                                                                           \
   "ARRAY(SELECT m.name FROM record_inputs i JOIN record_names m ON m.record_id = i.input_id "                       \
   "WHERE i.record_id = e.record_id ORDER BY i.position_index), e.trace_id, "                                        \
-  "CASE WHEN e.kind IN ('inspection', 'assessment', 'deviation', 'registration', 'study') THEN "                    \
+  "CASE WHEN e.kind IN ('inspection', 'reconstruction', 'assessment', 'deviation', 'registration', 'study') THEN "  \
   "record_verdict(e.record_id, e.kind) END, "                                                                       \
   "CASE WHEN e.kind IN ('calibration', 'correction', 'scan') THEN record_state(e.record_id, e.kind) END, "          \
   "e.work_order, e.operation "                                                                                      \

@@ -40,7 +40,9 @@ constexpr BlobReference kBlobReferences[] = {{"scan_blocks", "blob_sha256"},
                                              {"corrections", "nc_template_sha256"},
                                              {"corrections", "nc_held_sha256"},
                                              {"program_fetches", "program_sha256"},
-                                             {"machining_model_revisions", "nc_template_sha256"}};
+                                             {"machining_model_revisions", "nc_template_sha256"},
+                                             {"deviation_cloud_blocks", "blob_sha256"},
+                                             {"reconstructions", "lattice_sha256"}};
 
 // Bytes may be gone where a deletion says so, and that is of scans alone.
 std::string BlobsSql() {

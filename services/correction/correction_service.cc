@@ -80,7 +80,7 @@ v1::CorrectRequest RequestOf(const storage::CorrectionRow& row, const v1::Correc
 
 CorrectionService::CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
                                      std::shared_ptr<storage::CorrectionEventStore> events,
-                                     std::unique_ptr<const Peers> peers, runtime::PoolLimits limits)
+                                     std::shared_ptr<const clients::BladePeers> peers, runtime::PoolLimits limits)
     : store_(std::move(store)),
       events_(std::move(events)),
       peers_(std::move(peers)),

@@ -17,8 +17,8 @@ class CorrectionService final : public v1::CorrectionService::Service {
  public:
   // limits: of corrections and fetched programs; more are RESOURCE_EXHAUSTED.
   CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
-                    std::shared_ptr<storage::CorrectionEventStore> events, std::unique_ptr<const Peers> peers,
-                    runtime::PoolLimits limits);
+                    std::shared_ptr<storage::CorrectionEventStore> events,
+                    std::shared_ptr<const clients::BladePeers> peers, runtime::PoolLimits limits);
 
   grpc::Status Correct(grpc::ServerContext* context, const v1::CorrectRequest* request,
                        v1::Correction* response) override;
@@ -62,7 +62,7 @@ class CorrectionService final : public v1::CorrectionService::Service {
 
   const std::shared_ptr<storage::CorrectionStore> store_;
   const std::shared_ptr<storage::CorrectionEventStore> events_;
-  const std::unique_ptr<const Peers> peers_;
+  const std::shared_ptr<const clients::BladePeers> peers_;
   runtime::ComputePool running_;
 };
 

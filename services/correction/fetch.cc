@@ -66,8 +66,8 @@ Holes HolesOf(const storage::CorrectionRow& correction) {
 
 // As the correction was written with.
 absl::StatusOr<metrology::NcFrame> FrameOf(const storage::CorrectionRow& correction,
-                                           const registration::v1::Registration& registration, const Peers& peers,
-                                           const runtime::Caller& caller) {
+                                           const registration::v1::Registration& registration,
+                                           const clients::BladePeers& peers, const runtime::Caller& caller) {
   metrology::NcFrame frame;
   for (const storage::WorkOffsetRow& one : correction.work_offsets) frame.work_offsets[one.code] = one.offset;
   for (const storage::ToolLengthRow& one : correction.tool_lengths) frame.tool_lengths_mm[one.number] = one.length_mm;
@@ -89,7 +89,7 @@ absl::StatusOr<metrology::NcFrame> FrameOf(const storage::CorrectionRow& correct
 // The ways between what is left are new: they were not looked at when the whole program was judged.
 absl::Status CheckWays(const std::vector<metrology::NcMove>& moves, const Holes& holes,
                        const registration::v1::Registration& registration, const metrology::RotaryAxes& axes,
-                       const Peers& peers, const runtime::Caller& caller) {
+                       const clients::BladePeers& peers, const runtime::Caller& caller) {
   const auto machine =
       peers.plant.GetMachine(registration.machine(), registration.machine_revision(), caller.make_context());
   if (!machine.ok()) return machine.status();
@@ -108,7 +108,7 @@ absl::Status CheckWays(const std::vector<metrology::NcMove>& moves, const Holes&
 }
 
 absl::Status TakeRemaining(const storage::CorrectionRow& correction, const Holes& holes,
-                           const registration::v1::Registration& registration, const Peers& peers,
+                           const registration::v1::Registration& registration, const clients::BladePeers& peers,
                            const runtime::Caller& caller, storage::ProgramFetchRow* fetch) {
   const std::string name = runtime::NameOf("corrections", correction.correction_id);
   const auto rotation = peers.calibrations.Rotation(runtime::NameOf("calibrations", correction.rotation_calibration_id),
@@ -132,7 +132,8 @@ absl::Status TakeRemaining(const storage::CorrectionRow& correction, const Holes
 }  // namespace
 
 absl::StatusOr<registration::v1::Registration> StandingRegistration(const storage::CorrectionRow& correction,
-                                                                    const Peers& peers, const runtime::Caller& caller) {
+                                                                    const clients::BladePeers& peers,
+                                                                    const runtime::Caller& caller) {
   auto registration =
       peers.registrations.Get(runtime::NameOf("registrations", correction.registration_id), caller.make_context());
   if (!registration.ok()) return registration;
@@ -149,8 +150,8 @@ absl::StatusOr<registration::v1::Registration> StandingRegistration(const storag
 
 absl::StatusOr<storage::ProgramFetchRow> FetchOf(const v1::FetchProgramRequest& request,
                                                  const storage::CorrectionRow& correction,
-                                                 const registration::v1::Registration& registration, const Peers& peers,
-                                                 const runtime::Caller& caller) {
+                                                 const registration::v1::Registration& registration,
+                                                 const clients::BladePeers& peers, const runtime::Caller& caller) {
   const Holes holes = HolesOf(correction);
   storage::ProgramFetchRow fetch;
   fetch.fetch_id = storage::NewUuid();

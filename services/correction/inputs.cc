@@ -19,7 +19,7 @@ namespace {
 constexpr double kRad = 3.14159265358979323846 / 180;
 
 // The tables that the registration applied, each still in force: the same that the angles are commanded by.
-absl::StatusOr<std::vector<clients::FetchedAxis>> TablesInForce(const Peers& peers,
+absl::StatusOr<std::vector<clients::FetchedAxis>> TablesInForce(const clients::BladePeers& peers,
                                                                 const registration::v1::Registration& registration,
                                                                 const runtime::Caller& caller) {
   auto tables = clients::TablesOf(registration, peers.calibrations, caller.make_context);
@@ -35,7 +35,7 @@ absl::StatusOr<std::vector<clients::FetchedAxis>> TablesInForce(const Peers& pee
   return tables;
 }
 
-absl::Status FetchCalibrations(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
+absl::Status FetchCalibrations(const clients::BladePeers& peers, const runtime::Caller& caller, Inputs* inputs) {
   const registration::v1::Registration& registration = inputs->registration;
   auto sensor = peers.calibrations.Sensor(registration.sensor_calibration(), caller.make_context());
   if (!sensor.ok()) return sensor.status();
@@ -113,7 +113,7 @@ absl::StatusOr<std::vector<metrology::NominalHoleGroup>> WantedGroups(const v1::
 }
 
 // The machine of then, and the pose as it positions.
-absl::Status FetchMachine(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
+absl::Status FetchMachine(const clients::BladePeers& peers, const runtime::Caller& caller, Inputs* inputs) {
   const registration::v1::Registration& registration = inputs->registration;
   const auto machine =
       peers.plant.GetMachine(registration.machine(), registration.machine_revision(), caller.make_context());
@@ -146,8 +146,8 @@ absl::Status FetchMachine(const Peers& peers, const runtime::Caller& caller, Inp
 }
 
 // Before anything else: it says which groups are asked for.
-absl::Status FetchAsked(const Peers& peers, const v1::CorrectRequest& request, const runtime::Caller& caller,
-                        Inputs* inputs) {
+absl::Status FetchAsked(const clients::BladePeers& peers, const v1::CorrectRequest& request,
+                        const runtime::Caller& caller, Inputs* inputs) {
   inputs->asked = request;
   auto model = FetchModel(peers.plant, request, caller);
   if (!model.ok() || !model->has_value()) return model.status();
@@ -189,7 +189,7 @@ absl::Status TurnToStation(const plant::v1::Part& part, Inputs* inputs) {
   return absl::OkStatus();
 }
 
-absl::Status FetchPart(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
+absl::Status FetchPart(const clients::BladePeers& peers, const runtime::Caller& caller, Inputs* inputs) {
   const auto part =
       peers.plant.GetPart(inputs->registration.part(), inputs->registration.part_revision(), caller.make_context());
   if (!part.ok()) return part.status();
@@ -219,7 +219,7 @@ absl::Status FetchPart(const Peers& peers, const runtime::Caller& caller, Inputs
 }
 
 // As the registration names them, in force or not.
-absl::Status FetchCalibrationsOfThen(const Peers& peers, const runtime::Caller& caller, Inputs* inputs) {
+absl::Status FetchCalibrationsOfThen(const clients::BladePeers& peers, const runtime::Caller& caller, Inputs* inputs) {
   const registration::v1::Registration& registration = inputs->registration;
   auto sensor = peers.calibrations.Sensor(registration.sensor_calibration(), caller.make_context());
   if (!sensor.ok()) return sensor.status();
@@ -258,14 +258,14 @@ bool SpeaksAgainst(const registration::v1::Registration& later, const registrati
 
 }  // namespace
 
-absl::Status CheckCalibrations(const Peers& peers, const registration::v1::Registration& registration,
+absl::Status CheckCalibrations(const clients::BladePeers& peers, const registration::v1::Registration& registration,
                                const runtime::Caller& caller) {
   Inputs inputs;
   inputs.registration = registration;
   return FetchCalibrations(peers, caller, &inputs);
 }
 
-absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,
+absl::StatusOr<std::vector<std::string>> AgainstClamping(const clients::BladePeers& peers,
                                                          const registration::v1::Registration& registration,
                                                          const runtime::Caller& caller) {
   std::vector<std::string> against;
@@ -291,7 +291,7 @@ bool IsOfTheMoment(v1::ReleaseCheckKind kind) {
   return std::any_of(kOfTheMoment.begin(), kOfTheMoment.end(), [&](auto one) { return IsOf(one, kind); });
 }
 
-absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Correction& recorded,
+absl::StatusOr<Inputs> FetchAsRecorded(const clients::BladePeers& peers, const v1::Correction& recorded,
                                        const v1::CorrectRequest& request, const runtime::Caller& caller) {
   Inputs inputs;
   auto registration = peers.registrations.Get(recorded.registration(), caller.make_context());
@@ -317,7 +317,7 @@ absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Correction&
   return inputs;
 }
 
-absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest& request,
+absl::StatusOr<Inputs> FetchInputs(const clients::BladePeers& peers, const v1::CorrectRequest& request,
                                    const runtime::Caller& caller) {
   Inputs inputs;
   absl::StatusOr<registration::v1::Registration> registration =

@@ -13,6 +13,7 @@
 
 #include "metrology/correction/correct.h"
 #include "metrology/correction/registered_pose.h"
+#include "services/clients/blade_peers.h"
 #include "services/clients/calibrations.h"
 #include "services/clients/parts.h"
 #include "services/clients/registrations.h"
@@ -24,15 +25,6 @@
 #include "sixpoint/registration/v1/registration.pb.h"
 
 namespace sixpoint::correction {
-
-struct Peers {
-  Peers(const std::shared_ptr<grpc::Channel>& plant_channel, const std::shared_ptr<grpc::Channel>& calibration_channel,
-        const std::shared_ptr<grpc::Channel>& registration_channel)
-      : plant(plant_channel), calibrations(calibration_channel), registrations(registration_channel) {}
-  clients::PlantClient plant;
-  clients::CalibrationClient calibrations;
-  clients::RegistrationClient registrations;
-};
 
 struct Inputs {
   v1::CorrectRequest asked;  // with what a machining model says filled in
@@ -66,24 +58,24 @@ struct Inputs {
 // CALIBRATION_WITHDRAWN; KINEMATICS_UNSUPPORTED; PART_WITHOUT_HOLES. INVALID_ARGUMENT
 // for an unknown group, and for a machining model of another part or of another kind of machine. POSE_SINGULAR, POSE_OUT_OF_LIMITS where the
 // nominal part at its station has no angles.
-absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::CorrectRequest& request,
+absl::StatusOr<Inputs> FetchInputs(const clients::BladePeers& peers, const v1::CorrectRequest& request,
                                    const runtime::Caller& caller);
 
 // What a recorded one was made from, whatever is in force now; the checks that go by clock, clamping and earlier cuts are as it has them.
-absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Correction& recorded,
+absl::StatusOr<Inputs> FetchAsRecorded(const clients::BladePeers& peers, const v1::Correction& recorded,
                                        const v1::CorrectRequest& request, const runtime::Caller& caller);
 
 // Whether a check asks how things stand at the moment: it cannot be asked again.
 bool IsOfTheMoment(v1::ReleaseCheckKind kind);
 
 // As FetchInputs has it: refused where what the registration rests on is not in force.
-absl::Status CheckCalibrations(const Peers& peers, const registration::v1::Registration& registration,
+absl::Status CheckCalibrations(const clients::BladePeers& peers, const registration::v1::Registration& registration,
                                const runtime::Caller& caller);
 
 // Registrations made since then that speak against the clamping of this one: of another blade on its machine, unless that stands at another
 // station of the fixture, of its blade on another machine or at another station, or of another clamping. All count, whoever asks; one of another part is not named, for who sees this part need
 // not see that one.
-absl::StatusOr<std::vector<std::string>> AgainstClamping(const Peers& peers,
+absl::StatusOr<std::vector<std::string>> AgainstClamping(const clients::BladePeers& peers,
                                                          const registration::v1::Registration& registration,
                                                          const runtime::Caller& caller);
 

@@ -1,5 +1,6 @@
 // sixpoint-correction: the machining program moved onto the real blade.
 #include "services/correction/correction_service.h"
+#include "services/correction/reconstruction_service.h"
 #include "services/runtime/peers.h"
 #include "services/runtime/server.h"
 
@@ -8,16 +9,21 @@ namespace {
 
 // Corrections at once: each is some remote calls and milliseconds of computing.
 constexpr runtime::PoolLimits kLimits{16, runtime::kAllLetIn};
+// A reconstruction has its own threads, a blank's points and a lattice's factor; more at once only slow each other down.
+constexpr runtime::PoolLimits kReconstructionLimits{1, runtime::kAllLetIn};
 
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database) {
-  auto peers =
-      std::make_unique<Peers>(runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "calibration"),
-                              runtime::ConnectToPeer(options, "registration"));
+  // One for all: prepared surfaces are kept once.
+  const auto peers = std::make_shared<const clients::BladePeers>(
+      runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
+      runtime::ConnectToPeer(options, "calibration"), runtime::ConnectToPeer(options, "registration"));
   std::vector<runtime::ServedService> services;
-  services.push_back(
-      {v1::CorrectionService::service_full_name(),
-       std::make_unique<CorrectionService>(storage::CorrectionsIn(database), storage::CorrectionEventsIn(database),
-                                           std::move(peers), kLimits)});
+  services.push_back({v1::CorrectionService::service_full_name(),
+                      std::make_unique<CorrectionService>(storage::CorrectionsIn(database),
+                                                          storage::CorrectionEventsIn(database), peers, kLimits)});
+  services.push_back({v1::ReconstructionService::service_full_name(),
+                      std::make_unique<ReconstructionService>(storage::ReconstructionsIn(database), peers,
+                                                              kReconstructionLimits, options.threads)});
   return services;
 }
 

@@ -28,8 +28,8 @@ std::string Revised(const plant::v1::Drawing& drawing) {
   return drawing.name() + "@" + std::to_string(drawing.revision());
 }
 
-absl::StatusOr<AssessedResult> FetchResult(const std::string& name, const AssessedStores& stores, const Peers& peers,
-                                           const runtime::Caller& caller) {
+absl::StatusOr<AssessedResult> FetchResult(const std::string& name, const AssessedStores& stores,
+                                           const clients::BladePeers& peers, const runtime::Caller& caller) {
   AssessedResult result;
   const std::string collection = CollectionOf(name);
   if (collection == "measurements") {
@@ -144,7 +144,7 @@ absl::Status CheckAssess(const v1::AssessBladeRequest& request) {
 }
 
 absl::StatusOr<AssessmentInputs> FetchAssessed(const v1::AssessBladeRequest& request, const AssessedStores& stores,
-                                               const Peers& peers, const runtime::Caller& caller) {
+                                               const clients::BladePeers& peers, const runtime::Caller& caller) {
   AssessmentInputs inputs;
   inputs.stage = request.stage();
   for (const std::string& name : request.results()) {

@@ -15,6 +15,6 @@ absl::Status CheckAssess(const v1::AssessBladeRequest& request);
 // INVALID_ARGUMENT: a result of another blade or of another revision of the part than the first, a drawing of another part or not valid for
 // that revision. NOT_FOUND with its reason: a result or drawing that is not recorded.
 absl::StatusOr<AssessmentInputs> FetchAssessed(const v1::AssessBladeRequest& request, const AssessedStores& stores,
-                                               const Peers& peers, const runtime::Caller& caller);
+                                               const clients::BladePeers& peers, const runtime::Caller& caller);
 
 }  // namespace sixpoint::inspection

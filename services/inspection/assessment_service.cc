@@ -84,7 +84,8 @@ runtime::Made<storage::AssessmentRow> RecordOf(const v1::AssessBladeRequest& req
 }  // namespace
 
 AssessmentService::AssessmentService(std::shared_ptr<storage::AssessmentStore> store, AssessedStores assessed,
-                                     std::shared_ptr<const Peers> peers, const InspectionServiceOptions& options)
+                                     std::shared_ptr<const clients::BladePeers> peers,
+                                     const InspectionServiceOptions& options)
     : store_(std::move(store)),
       assessed_(std::move(assessed)),
       peers_(std::move(peers)),

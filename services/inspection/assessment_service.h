@@ -4,9 +4,9 @@
 #include <memory>
 #include <string>
 
+#include "services/clients/blade_peers.h"
 #include "services/inspection/assess.h"
 #include "services/inspection/options.h"
-#include "services/inspection/peers.h"
 #include "services/runtime/recorded_call.h"
 #include "sixpoint/inspection/v1/assessment.grpc.pb.h"
 #include "storage/assessments.h"
@@ -29,7 +29,7 @@ struct AssessedStores {
 class AssessmentService final : public v1::AssessmentService::Service {
  public:
   AssessmentService(std::shared_ptr<storage::AssessmentStore> store, AssessedStores assessed,
-                    std::shared_ptr<const Peers> peers, const InspectionServiceOptions& options);
+                    std::shared_ptr<const clients::BladePeers> peers, const InspectionServiceOptions& options);
 
   grpc::Status PlanAssessment(grpc::ServerContext* context, const v1::PlanAssessmentRequest* request,
                               v1::AssessmentPlan* response) override;
@@ -48,7 +48,7 @@ class AssessmentService final : public v1::AssessmentService::Service {
 
   const std::shared_ptr<storage::AssessmentStore> store_;
   const AssessedStores assessed_;
-  const std::shared_ptr<const Peers> peers_;
+  const std::shared_ptr<const clients::BladePeers> peers_;
   runtime::ComputePool running_;
 };
 

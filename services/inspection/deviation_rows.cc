@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "services/clients/error_sources.h"
-#include "services/inspection/little_endian.h"
-#include "services/inspection/registered_row.h"
+#include "services/clients/registered_row.h"
 #include "services/inspection/row_geometry.h"
 #include "services/inspection/stored_verdict.h"
+#include "services/runtime/little_endian.h"
 #include "services/runtime/resource_name.h"
 #include "storage/blobs.h"
 
@@ -121,12 +121,12 @@ storage::DeviationPatchesRow PatchesRowOf(const metrology::DeviationField& field
 std::string DigestOf(const storage::DeviationPatchesRow& patches) {
   std::string bytes;
   const auto floats = [&](const std::vector<double>& numbers) {
-    for (const double number : numbers) Append<std::uint32_t>(static_cast<float>(number), &bytes);
+    for (const double number : numbers) runtime::Append<std::uint32_t>(static_cast<float>(number), &bytes);
   };
-  for (const double number : patches.centres_in_part_mm) Append<std::uint64_t>(number, &bytes);
+  for (const double number : patches.centres_in_part_mm) runtime::Append<std::uint64_t>(number, &bytes);
   floats(patches.normals_in_part);
   floats(patches.areas_mm2);
-  for (const std::int64_t count : patches.point_counts) Append<std::uint64_t>(count, &bytes);
+  for (const std::int64_t count : patches.point_counts) runtime::Append<std::uint64_t>(count, &bytes);
   floats(patches.means_um);
   floats(patches.expanded_uncertainties_um);
   return storage::Sha256Hex(bytes);
@@ -176,12 +176,12 @@ std::string SummaryOf(const storage::DeviationMapRow& row) {
 
 }  // namespace
 
-runtime::Made<storage::DeviationMapRow> RecordOf(const RegisteredBlade& blade, const DeviationOrder& order,
+runtime::Made<storage::DeviationMapRow> RecordOf(const clients::RegisteredBlade& blade, const DeviationOrder& order,
                                                  MappedDeviation mapped) {
   const registration::v1::Registration& registration = blade.registration;
   storage::DeviationMapRow row;
   row.deviation_id = storage::NewUuid();
-  SetRegistered(registration, &row);
+  clients::SetRegistered(registration, &row);
   row.patch_mm = order.patch_mm;
   row.patch_count = static_cast<int>(mapped.field.patches.size());
   row.compared_count = mapped.field.points.compared;
@@ -192,7 +192,8 @@ runtime::Made<storage::DeviationMapRow> RecordOf(const RegisteredBlade& blade, c
   row.patches = PatchesRowOf(mapped.field);
   row.patches_sha256 = DigestOf(row.patches);
   SetCloud(std::move(mapped.cloud), &row);
-  storage::RecordEntry entry = EntryOf("deviation", runtime::NameOf("deviations", row.deviation_id), registration);
+  storage::RecordEntry entry =
+      clients::EntryOf("deviation", runtime::NameOf("deviations", row.deviation_id), registration);
   entry.summary_json = SummaryOf(row);
   return {std::move(row), std::move(entry)};
 }

@@ -7,7 +7,7 @@
 
 namespace sixpoint::inspection {
 
-runtime::Made<storage::DeviationMapRow> RecordOf(const RegisteredBlade& blade, const DeviationOrder& order,
+runtime::Made<storage::DeviationMapRow> RecordOf(const clients::RegisteredBlade& blade, const DeviationOrder& order,
                                                  MappedDeviation mapped);
 // Of a region as it is kept, what it was ordered with.
 metrology::SurfaceRegion BoundsOf(const storage::DeviationRegionRow& row);

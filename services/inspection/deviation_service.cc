@@ -3,12 +3,13 @@
 #include <string>
 #include <utility>
 
+#include "services/clients/registered_blade.h"
+#include "services/clients/replay_registered.h"
 #include "services/inspection/deviation_messages.h"
 #include "services/inspection/deviation_order.h"
 #include "services/inspection/deviation_rows.h"
 #include "services/inspection/map_deviation.h"
-#include "services/inspection/registered_blade.h"
-#include "services/inspection/replay_registered.h"
+#include "services/inspection/part_holes.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
@@ -31,7 +32,8 @@ absl::Status NotRecorded(const std::string& name) {
 
 }  // namespace
 
-DeviationService::DeviationService(std::shared_ptr<storage::DeviationStore> store, std::shared_ptr<const Peers> peers,
+DeviationService::DeviationService(std::shared_ptr<storage::DeviationStore> store,
+                                   std::shared_ptr<const clients::BladePeers> peers,
                                    const InspectionServiceOptions& options)
     : store_(std::move(store)),
       peers_(std::move(peers)),
@@ -55,8 +57,8 @@ absl::StatusOr<runtime::Made<storage::DeviationMapRow>> DeviationService::Make(c
                                                                                const runtime::Caller& caller) const {
   const auto order = OrderOf(request);
   if (!order.ok()) return order.status();
-  RegisteredBlade blade;
-  absl::Status status = FetchWhole(*peers_, request.registration(), is_new, caller, &blade);
+  clients::RegisteredBlade blade;
+  absl::Status status = clients::FetchWhole(*peers_, request.registration(), is_new, caller, &blade);
   if (!status.ok()) return status;
   auto pins = StandingPins(*peers_, blade, caller);
   if (!pins.ok()) return pins.status();
@@ -130,12 +132,12 @@ grpc::Status DeviationService::ReplayDeviationMap(grpc::ServerContext* context,
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto recorded = runtime::GetResult<v1::DeviationMap>(*store_, caller.deadline, "deviations", request->name(),
                                                              errors::v1::DEVIATION_MAP_NOT_FOUND, MapOf);
-  return runtime::Answer(ReplayRegistered(recorded, *peers_, caller, &running_,
-                                          [&](const v1::DeviationMap& of) -> absl::StatusOr<v1::DeviationMap> {
-                                            const auto made = Make(RequestOf(of), false, caller);
-                                            if (!made.ok()) return made.status();
-                                            return ToProto(made->row);
-                                          }),
+  return runtime::Answer(clients::ReplayRegistered(recorded, *peers_, caller, &running_,
+                                                   [&](const v1::DeviationMap& of) -> absl::StatusOr<v1::DeviationMap> {
+                                                     const auto made = Make(RequestOf(of), false, caller);
+                                                     if (!made.ok()) return made.status();
+                                                     return ToProto(made->row);
+                                                   }),
                          response);
 }
 

@@ -3,8 +3,8 @@
 
 #include <memory>
 
+#include "services/clients/blade_peers.h"
 #include "services/inspection/options.h"
-#include "services/inspection/peers.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
 #include "services/runtime/recorded_call.h"
@@ -15,7 +15,7 @@ namespace sixpoint::inspection {
 
 class DeviationService final : public v1::DeviationService::Service {
  public:
-  DeviationService(std::shared_ptr<storage::DeviationStore> store, std::shared_ptr<const Peers> peers,
+  DeviationService(std::shared_ptr<storage::DeviationStore> store, std::shared_ptr<const clients::BladePeers> peers,
                    const InspectionServiceOptions& options);
 
   grpc::Status MapDeviation(grpc::ServerContext* context, const v1::MapDeviationRequest* request,
@@ -38,7 +38,7 @@ class DeviationService final : public v1::DeviationService::Service {
                                                                const runtime::Caller& caller) const;
 
   const std::shared_ptr<storage::DeviationStore> store_;
-  const std::shared_ptr<const Peers> peers_;
+  const std::shared_ptr<const clients::BladePeers> peers_;
   const InspectionServiceOptions options_;
   runtime::ComputePool running_;
 };

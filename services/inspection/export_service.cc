@@ -44,7 +44,7 @@ absl::Status TooMany() {
 // The row's machine, each revision fetched once.
 class Machines {
  public:
-  Machines(const Peers& peers, const runtime::Caller& caller) : peers_(peers), caller_(caller) {}
+  Machines(const clients::BladePeers& peers, const runtime::Caller& caller) : peers_(peers), caller_(caller) {}
 
   // Null where there is none.
   absl::StatusOr<const plant::v1::Machine*> Of(const std::string& id, int revision) {
@@ -57,7 +57,7 @@ class Machines {
   }
 
  private:
-  const Peers& peers_;
+  const clients::BladePeers& peers_;
   const runtime::Caller& caller_;
   std::map<std::pair<std::string, int>, plant::v1::Machine> known_;
 };
@@ -211,7 +211,8 @@ absl::StatusOr<Filter> FilterOf(const v1::ExportResultsRequest& request, const g
 
 ExportService::ExportService(std::shared_ptr<storage::InspectionStore> inspections,
                              std::shared_ptr<storage::DeviationStore> deviations,
-                             std::shared_ptr<storage::AssessmentStore> assessments, std::shared_ptr<const Peers> peers)
+                             std::shared_ptr<storage::AssessmentStore> assessments,
+                             std::shared_ptr<const clients::BladePeers> peers)
     : inspections_(std::move(inspections)),
       deviations_(std::move(deviations)),
       assessments_(std::move(assessments)),

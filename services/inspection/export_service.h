@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "services/inspection/peers.h"
+#include "services/clients/blade_peers.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/inspection/v1/export.grpc.pb.h"
 #include "storage/assessments.h"
@@ -19,7 +19,8 @@ class ExportService final : public v1::ExportService::Service {
  public:
   ExportService(std::shared_ptr<storage::InspectionStore> inspections,
                 std::shared_ptr<storage::DeviationStore> deviations,
-                std::shared_ptr<storage::AssessmentStore> assessments, std::shared_ptr<const Peers> peers);
+                std::shared_ptr<storage::AssessmentStore> assessments,
+                std::shared_ptr<const clients::BladePeers> peers);
 
   grpc::Status ExportResults(grpc::ServerContext* context, const v1::ExportResultsRequest* request,
                              grpc::ServerWriter<v1::ExportResultsResponse>* writer) override;
@@ -28,7 +29,7 @@ class ExportService final : public v1::ExportService::Service {
   const std::shared_ptr<storage::InspectionStore> inspections_;
   const std::shared_ptr<storage::DeviationStore> deviations_;
   const std::shared_ptr<storage::AssessmentStore> assessments_;
-  const std::shared_ptr<const Peers> peers_;
+  const std::shared_ptr<const clients::BladePeers> peers_;
   runtime::ComputePool running_;
 };
 

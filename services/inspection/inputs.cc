@@ -5,13 +5,15 @@
 #include <string>
 #include <utility>
 
+#include "services/inspection/part_holes.h"
 #include "services/inspection/validate.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::inspection {
 namespace {
 
-absl::Status CheckScans(const Peers& peers, const v1::InspectRequest& request, const runtime::Caller& caller) {
+absl::Status CheckScans(const clients::BladePeers& peers, const v1::InspectRequest& request,
+                        const runtime::Caller& caller) {
   for (int i = 0; i < request.scans_size(); ++i) {
     const auto scan = peers.scans.Get(request.scans(i), caller.make_context());
     if (!scan.ok()) return scan.status();
@@ -36,9 +38,9 @@ std::vector<std::string> RegistrationsOf(const plant::v1::RecordEntry& inspectio
 }
 
 // All else follows from the registration that the verdict rests on: inputs->registration.
-absl::Status FetchByRegistration(const Peers& peers, const OtherPositioning& other, const runtime::Caller& caller,
-                                 Inputs* inputs) {
-  if (absl::Status status = FetchRegistered(peers, caller, inputs); !status.ok()) return status;
+absl::Status FetchByRegistration(const clients::BladePeers& peers, const OtherPositioning& other,
+                                 const runtime::Caller& caller, Inputs* inputs) {
+  if (absl::Status status = clients::FetchRegistered(peers, caller, inputs); !status.ok()) return status;
   auto holes = HolesOf(inputs->part);
   if (!holes.ok()) return holes.status();
   if (holes->empty())
@@ -49,12 +51,12 @@ absl::Status FetchByRegistration(const Peers& peers, const OtherPositioning& oth
   auto compared = Compare(other, inputs->registration, TightestUm(inputs->holes));
   if (!compared.ok()) return compared.status();
   inputs->compared = *std::move(compared);
-  return FetchSurface(peers, caller, inputs);
+  return clients::FetchSurface(peers, caller, inputs);
 }
 
 }  // namespace
 
-absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::InspectRequest& request,
+absl::StatusOr<Inputs> FetchInputs(const clients::BladePeers& peers, const v1::InspectRequest& request,
                                    const runtime::Caller& caller) {
   if (absl::Status status = CheckScans(peers, request, caller); !status.ok()) return status;
   absl::StatusOr<registration::v1::Registration> registration = RegisterAsked(peers, request, caller);
@@ -69,7 +71,7 @@ absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::InspectRequest&
   return inputs;
 }
 
-absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Inspection& recorded,
+absl::StatusOr<Inputs> FetchAsRecorded(const clients::BladePeers& peers, const v1::Inspection& recorded,
                                        const runtime::Caller& caller) {
   Inputs inputs;
   const auto entry = peers.plant.GetRecordEntry(recorded.name(), caller.make_context());
@@ -88,7 +90,8 @@ absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Inspection&
   return inputs;
 }
 
-absl::StatusOr<std::vector<replay::v1::Replay>> ReplayRegistrations(const Peers& peers, const v1::Inspection& recorded,
+absl::StatusOr<std::vector<replay::v1::Replay>> ReplayRegistrations(const clients::BladePeers& peers,
+                                                                    const v1::Inspection& recorded,
                                                                     const runtime::Caller& caller) {
   const auto entry = peers.plant.GetRecordEntry(recorded.name(), caller.make_context());
   if (!entry.ok()) return entry.status();

@@ -5,28 +5,30 @@
 
 #include <vector>
 
+#include "metrology/inspection/blade_inspection.h"
+#include "services/clients/registered_blade.h"
 #include "services/inspection/positioning.h"
-#include "services/inspection/registered_blade.h"
 #include "services/runtime/call.h"
 #include "sixpoint/inspection/v1/inspection.pb.h"
 
 namespace sixpoint::inspection {
 
 // Whose registration converged.
-struct Inputs : RegisteredBlade {
+struct Inputs : clients::RegisteredBlade {
   Compared compared;
   std::vector<metrology::InspectedHole> holes;
 };
 
 // FAILED_PRECONDITION with a reason: REGISTRATION_NOT_CONVERGED, PART_WITHOUT_HOLES; what the registration service refuses is
 // passed on. INVALID_ARGUMENT for a scan of another blade or kind.
-absl::StatusOr<Inputs> FetchInputs(const Peers& peers, const v1::InspectRequest& request,
+absl::StatusOr<Inputs> FetchInputs(const clients::BladePeers& peers, const v1::InspectRequest& request,
                                    const runtime::Caller& caller);
 // What a recorded one was judged from, whatever became of it since.
-absl::StatusOr<Inputs> FetchAsRecorded(const Peers& peers, const v1::Inspection& recorded,
+absl::StatusOr<Inputs> FetchAsRecorded(const clients::BladePeers& peers, const v1::Inspection& recorded,
                                        const runtime::Caller& caller);
 // Of all registrations that it rests on.
-absl::StatusOr<std::vector<replay::v1::Replay>> ReplayRegistrations(const Peers& peers, const v1::Inspection& recorded,
+absl::StatusOr<std::vector<replay::v1::Replay>> ReplayRegistrations(const clients::BladePeers& peers,
+                                                                    const v1::Inspection& recorded,
                                                                     const runtime::Caller& caller);
 
 }  // namespace sixpoint::inspection

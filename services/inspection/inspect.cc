@@ -38,7 +38,7 @@ absl::StatusOr<metrology::BladeFindings> InspectBlade(const clients::ScanClient&
     inspection.Begin(scan.scan);
     return inspection.AddPieces(scan.blocks.size(), [&](std::size_t block) { return scan.DecodeOne(block); });
   };
-  if (absl::Status status = ForEachScan(scans, inputs, caller, add); !status.ok()) return status;
+  if (absl::Status status = clients::ForEachScan(scans, inputs, caller, add); !status.ok()) return status;
   return inspection.Finish();
 }
 

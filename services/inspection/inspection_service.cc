@@ -32,7 +32,8 @@ constexpr std::int64_t kWorthNearCells =
 using runtime::ToGrpc;
 
 InspectionService::InspectionService(std::shared_ptr<storage::InspectionStore> store,
-                                     std::shared_ptr<const Peers> peers, const InspectionServiceOptions& options)
+                                     std::shared_ptr<const clients::BladePeers> peers,
+                                     const InspectionServiceOptions& options)
     : store_(std::move(store)),
       peers_(std::move(peers)),
       options_(options),

@@ -6,9 +6,9 @@
 #include <set>
 #include <string>
 
+#include "services/clients/blade_peers.h"
 #include "services/inspection/near_cells_ahead.h"
 #include "services/inspection/options.h"
-#include "services/inspection/peers.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
 #include "services/runtime/recorded_call.h"
@@ -19,7 +19,7 @@ namespace sixpoint::inspection {
 
 class InspectionService final : public v1::InspectionService::Service {
  public:
-  InspectionService(std::shared_ptr<storage::InspectionStore> store, std::shared_ptr<const Peers> peers,
+  InspectionService(std::shared_ptr<storage::InspectionStore> store, std::shared_ptr<const clients::BladePeers> peers,
                     const InspectionServiceOptions& options);
 
   grpc::Status Inspect(grpc::ServerContext* context, const v1::InspectRequest* request,
@@ -49,7 +49,7 @@ class InspectionService final : public v1::InspectionService::Service {
   absl::StatusOr<v1::Inspection> MakeAgain(const v1::Inspection& recorded, const runtime::Caller& caller) const;
 
   const std::shared_ptr<storage::InspectionStore> store_;
-  const std::shared_ptr<const Peers> peers_;
+  const std::shared_ptr<const clients::BladePeers> peers_;
   const InspectionServiceOptions options_;
   runtime::ComputePool running_;
   NearCellsAhead near_cells_ahead_;

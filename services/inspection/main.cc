@@ -30,7 +30,7 @@ FindAssessment AssessmentFrom(const std::shared_ptr<storage::AssessmentStore>& s
 
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database) {
   // One for all: prepared surfaces are kept once.
-  const auto peers = std::make_shared<const Peers>(
+  const auto peers = std::make_shared<const clients::BladePeers>(
       runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
       runtime::ConnectToPeer(options, "calibration"), runtime::ConnectToPeer(options, "registration"));
   InspectionServiceOptions compute_options;

@@ -48,7 +48,7 @@ class BlockReader {
 
 }  // namespace
 
-absl::StatusOr<MappedDeviation> MapDeviation(const clients::ScanClient& scans, const RegisteredBlade& blade,
+absl::StatusOr<MappedDeviation> MapDeviation(const clients::ScanClient& scans, const clients::RegisteredBlade& blade,
                                              std::vector<metrology::HoleRegion> set_aside, const DeviationOrder& order,
                                              int thread_count, const runtime::Caller& caller) {
   auto made = metrology::SurfacePatches::Make(*blade.surface, order.patch_mm);
@@ -64,7 +64,7 @@ absl::StatusOr<MappedDeviation> MapDeviation(const clients::ScanClient& scans, c
                               options, {regions->begin() + 1, regions->end()});
   MappedDeviation mapped;
   BlockReader reader(&map, !order.without_cloud, &mapped.cloud);
-  const absl::Status read = ForEachScan(
+  const absl::Status read = clients::ForEachScan(
       scans, blade, caller, [&](int index, const clients::StoredBlocks& scan) { return reader.Add(index, scan); });
   if (!read.ok()) return read;
   auto field = map.Finish();

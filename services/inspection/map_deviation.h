@@ -10,9 +10,9 @@
 #include "metrology/cloud/deviation_cloud.h"
 #include "metrology/inspection/deviation_map.h"
 #include "metrology/inspection/profile.h"
+#include "services/clients/registered_blade.h"
 #include "services/clients/scans.h"
 #include "services/inspection/deviation_order.h"
-#include "services/inspection/registered_blade.h"
 #include "services/runtime/call.h"
 
 namespace sixpoint::inspection {
@@ -31,7 +31,7 @@ struct MappedDeviation {
 };
 
 // set_aside: where pins stand. FAILED_PRECONDITION: nothing of the part was seen.
-absl::StatusOr<MappedDeviation> MapDeviation(const clients::ScanClient& scans, const RegisteredBlade& blade,
+absl::StatusOr<MappedDeviation> MapDeviation(const clients::ScanClient& scans, const clients::RegisteredBlade& blade,
                                              std::vector<metrology::HoleRegion> set_aside, const DeviationOrder& order,
                                              int thread_count, const runtime::Caller& caller);
 

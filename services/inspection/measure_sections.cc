@@ -26,7 +26,8 @@ metrology::LeadingHint HintOf(const SectionOrder::Section& section) {
   return hint;
 }
 
-absl::StatusOr<metrology::PlanePoints> PointsNear(const clients::ScanClient& scans, const RegisteredBlade& blade,
+absl::StatusOr<metrology::PlanePoints> PointsNear(const clients::ScanClient& scans,
+                                                  const clients::RegisteredBlade& blade,
                                                   std::vector<metrology::HoleRegion> set_aside,
                                                   const SectionOrder& order, int thread_count,
                                                   const runtime::Caller& caller) {
@@ -40,7 +41,7 @@ absl::StatusOr<metrology::PlanePoints> PointsNear(const clients::ScanClient& sca
   metrology::PlanePoints points(metrology::PartMapping(*blade.pose, blade.sensor, blade.axes), std::move(planes),
                                 std::move(options));
   const absl::Status read =
-      ForEachScan(scans, blade, caller, [&](int, const clients::StoredBlocks& scan) -> absl::Status {
+      clients::ForEachScan(scans, blade, caller, [&](int, const clients::StoredBlocks& scan) -> absl::Status {
         points.Begin(scan.scan);
         for (std::size_t i = 0; i < scan.blocks.size(); ++i) {
           const auto decoded = scan.DecodeOne(i);
@@ -179,7 +180,7 @@ SpanFinding ThroatOf(const SectionOrder& order, std::size_t i, const SectionFind
 }  // namespace
 
 absl::StatusOr<std::vector<SectionFinding>> MeasureSections(const clients::ScanClient& scans,
-                                                            const RegisteredBlade& blade,
+                                                            const clients::RegisteredBlade& blade,
                                                             std::vector<metrology::HoleRegion> set_aside,
                                                             const SectionOrder& order, int thread_count,
                                                             const runtime::Caller& caller) {

@@ -7,9 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "metrology/inspection/blade_inspection.h"
 #include "metrology/sections/section_uncertainty.h"
 #include "metrology/sections/span.h"
-#include "services/inspection/registered_blade.h"
+#include "services/clients/registered_blade.h"
 #include "services/inspection/section_order.h"
 
 namespace sixpoint::inspection {
@@ -33,7 +34,7 @@ struct SectionFinding {
 
 // set_aside: where pins stand. In the order's order. INVALID_ARGUMENT: a plane that misses the part, or cuts it several times. What points do not show is a finding.
 absl::StatusOr<std::vector<SectionFinding>> MeasureSections(const clients::ScanClient& scans,
-                                                            const RegisteredBlade& blade,
+                                                            const clients::RegisteredBlade& blade,
                                                             std::vector<metrology::HoleRegion> set_aside,
                                                             const SectionOrder& order, int thread_count,
                                                             const runtime::Caller& caller);

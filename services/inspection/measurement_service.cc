@@ -31,8 +31,8 @@ absl::StatusOr<v1::ImportMeasurementsResponse> ResponseOf(const storage::Measure
 }
 
 // The revisions that the drawing is valid for, one at a time: a part may have 20,000 holes.
-absl::StatusOr<std::vector<plant::v1::Part>> PartsOf(const Peers& peers, const plant::v1::Drawing& drawing,
-                                                     const runtime::Caller& caller) {
+absl::StatusOr<std::vector<plant::v1::Part>> PartsOf(const clients::BladePeers& peers,
+                                                     const plant::v1::Drawing& drawing, const runtime::Caller& caller) {
   std::vector<plant::v1::Part> parts;
   for (const int revision : drawing.part_revisions()) {
     auto part = peers.plant.GetPart(drawing.part(), revision, caller.make_context());
@@ -44,7 +44,7 @@ absl::StatusOr<std::vector<plant::v1::Part>> PartsOf(const Peers& peers, const p
 }
 
 // All of them registered, and of the drawing's part.
-absl::Status CheckBlades(const Peers& peers, const std::vector<storage::MeasurementRow>& measurements,
+absl::Status CheckBlades(const clients::BladePeers& peers, const std::vector<storage::MeasurementRow>& measurements,
                          const std::string& part, const runtime::Caller& caller) {
   runtime::Refusals refusals;
   for (const storage::MeasurementRow& measurement : measurements) {
@@ -74,7 +74,7 @@ absl::Status CheckMoments(const std::vector<storage::MeasurementRow>& measuremen
 MeasurementService::MeasurementService(
     std::shared_ptr<const storage::ResultReader<storage::MeasurementRow, storage::MeasurementFilter>> measurements,
     std::shared_ptr<storage::ResultWriter<storage::MeasurementImport>> imports, std::shared_ptr<const OurValues> ours,
-    std::shared_ptr<const Peers> peers)
+    std::shared_ptr<const clients::BladePeers> peers)
     : measurements_(std::move(measurements)),
       imports_(std::move(imports)),
       ours_(std::move(ours)),

@@ -3,8 +3,8 @@
 
 #include <memory>
 
+#include "services/clients/blade_peers.h"
 #include "services/inspection/our_values.h"
-#include "services/inspection/peers.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
 #include "services/runtime/recorded_call.h"
@@ -18,7 +18,7 @@ class MeasurementService final : public v1::MeasurementService::Service {
   MeasurementService(
       std::shared_ptr<const storage::ResultReader<storage::MeasurementRow, storage::MeasurementFilter>> measurements,
       std::shared_ptr<storage::ResultWriter<storage::MeasurementImport>> imports, std::shared_ptr<const OurValues> ours,
-      std::shared_ptr<const Peers> peers);
+      std::shared_ptr<const clients::BladePeers> peers);
 
   grpc::Status ImportMeasurements(grpc::ServerContext* context, const v1::ImportMeasurementsRequest* request,
                                   v1::ImportMeasurementsResponse* response) override;
@@ -40,7 +40,7 @@ class MeasurementService final : public v1::MeasurementService::Service {
   const std::shared_ptr<const storage::ResultReader<storage::MeasurementRow, storage::MeasurementFilter>> measurements_;
   const std::shared_ptr<storage::ResultWriter<storage::MeasurementImport>> imports_;
   const std::shared_ptr<const OurValues> ours_;
-  const std::shared_ptr<const Peers> peers_;
+  const std::shared_ptr<const clients::BladePeers> peers_;
   runtime::ComputePool reading_;
 };
 

@@ -17,7 +17,8 @@ registration::v1::Method MethodOf(const v1::InspectRequest& request) {
 }
 
 // Whatever its outcome is. What is not the method that was asked for stands only beside it, and takes all the part.
-absl::StatusOr<registration::v1::Registration> Register(const Peers& peers, const v1::InspectRequest& request,
+absl::StatusOr<registration::v1::Registration> Register(const clients::BladePeers& peers,
+                                                        const v1::InspectRequest& request,
                                                         registration::v1::Method method,
                                                         const runtime::Caller& caller) {
   registration::v1::RegisterRequest wanted;
@@ -54,12 +55,14 @@ absl::StatusOr<std::optional<registration::v1::Registration>> Other(const OtherP
 
 }  // namespace
 
-absl::StatusOr<registration::v1::Registration> RegisterAsked(const Peers& peers, const v1::InspectRequest& request,
+absl::StatusOr<registration::v1::Registration> RegisterAsked(const clients::BladePeers& peers,
+                                                             const v1::InspectRequest& request,
                                                              const runtime::Caller& caller) {
   return Register(peers, request, MethodOf(request), caller);
 }
 
-OtherPositioning RegisteredNow(const Peers& peers, const v1::InspectRequest& request, const runtime::Caller& caller) {
+OtherPositioning RegisteredNow(const clients::BladePeers& peers, const v1::InspectRequest& request,
+                               const runtime::Caller& caller) {
   return [&](registration::v1::Method method) { return Register(peers, request, method, caller); };
 }
 

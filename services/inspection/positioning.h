@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "metrology/frames/pose.h"
-#include "services/inspection/peers.h"
+#include "services/clients/blade_peers.h"
 #include "services/runtime/call.h"
 #include "sixpoint/inspection/v1/inspection.pb.h"
 #include "sixpoint/registration/v1/registration.pb.h"
@@ -17,13 +17,15 @@
 namespace sixpoint::inspection {
 
 // By the method asked for, six-point where none is; whatever its outcome is.
-absl::StatusOr<registration::v1::Registration> RegisterAsked(const Peers& peers, const v1::InspectRequest& request,
+absl::StatusOr<registration::v1::Registration> RegisterAsked(const clients::BladePeers& peers,
+                                                             const v1::InspectRequest& request,
                                                              const runtime::Caller& caller);
 
 // Another positioning of the same scans; INVALID_ARGUMENT or SIX_POINTS_MISSING where the part does not allow it.
 using OtherPositioning = std::function<absl::StatusOr<registration::v1::Registration>(registration::v1::Method method)>;
 // Registered now.
-OtherPositioning RegisteredNow(const Peers& peers, const v1::InspectRequest& request, const runtime::Caller& caller);
+OtherPositioning RegisteredNow(const clients::BladePeers& peers, const v1::InspectRequest& request,
+                               const runtime::Caller& caller);
 // One of those that were recorded with an inspection; INVALID_ARGUMENT where none is of that method.
 OtherPositioning RegisteredThen(const std::vector<registration::v1::Registration>& recorded);
 

@@ -40,7 +40,8 @@ absl::Status CheckRejudge(const v1::RejudgeRequest& request) {
   return refusals.status();
 }
 
-absl::StatusOr<std::vector<std::string>> InspectionsOf(const Peers& peers, const v1::RejudgeRequest& request,
+absl::StatusOr<std::vector<std::string>> InspectionsOf(const clients::BladePeers& peers,
+                                                       const v1::RejudgeRequest& request,
                                                        const runtime::Caller& caller) {
   std::vector<std::string> names(request.inspections().begin(), request.inspections().end());
   if (request.recall().empty()) return names;
@@ -62,7 +63,7 @@ absl::StatusOr<std::vector<std::string>> InspectionsOf(const Peers& peers, const
   return names;
 }
 
-absl::StatusOr<v1::InspectRequest> AskedAgain(const Peers& peers, const v1::RejudgeRequest& request,
+absl::StatusOr<v1::InspectRequest> AskedAgain(const clients::BladePeers& peers, const v1::RejudgeRequest& request,
                                               const v1::Inspection& old, const runtime::Caller& caller) {
   const auto registration = peers.registrations.Get(old.registration(), caller.make_context());
   if (!registration.ok()) return registration.status();

@@ -38,7 +38,8 @@ class Names {
 
 class Fetch {
  public:
-  Fetch(const ReportSources& sources, const Peers& peers, const runtime::Caller& caller, ReportInputs* inputs)
+  Fetch(const ReportSources& sources, const clients::BladePeers& peers, const runtime::Caller& caller,
+        ReportInputs* inputs)
       : sources_(sources), peers_(peers), caller_(caller), inputs_(*inputs) {}
 
   absl::Status Results(const ResultNames& results) {
@@ -192,7 +193,7 @@ class Fetch {
   }
 
   const ReportSources& sources_;
-  const Peers& peers_;
+  const clients::BladePeers& peers_;
   const runtime::Caller& caller_;
   ReportInputs& inputs_;
   std::string blade_;
@@ -225,8 +226,8 @@ absl::Status CheckResults(const ResultNames& results) {
   return refusals.status();
 }
 
-absl::StatusOr<ReportInputs> FetchReport(const ReportSources& sources, const Peers& peers, const ResultNames& results,
-                                         const runtime::Caller& caller) {
+absl::StatusOr<ReportInputs> FetchReport(const ReportSources& sources, const clients::BladePeers& peers,
+                                         const ResultNames& results, const runtime::Caller& caller) {
   ReportInputs inputs;
   Fetch fetch(sources, peers, caller, &inputs);
   const bool is_assessed = IsOf(results.front(), "assessments/");

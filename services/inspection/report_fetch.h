@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "services/inspection/peers.h"
+#include "services/clients/blade_peers.h"
 #include "services/inspection/report_of.h"
 #include "services/runtime/call.h"
 #include "storage/deviations.h"
@@ -36,7 +36,7 @@ absl::Status CheckResults(const ResultNames& results);
 
 // Of names that CheckResults let pass. Refused: results of different blades, or measured against different revisions of a part. NOT_FOUND with a
 // reason: what is not recorded.
-absl::StatusOr<ReportInputs> FetchReport(const ReportSources& sources, const Peers& peers, const ResultNames& results,
-                                         const runtime::Caller& caller);
+absl::StatusOr<ReportInputs> FetchReport(const ReportSources& sources, const clients::BladePeers& peers,
+                                         const ResultNames& results, const runtime::Caller& caller);
 
 }  // namespace sixpoint::inspection

@@ -45,7 +45,7 @@ absl::StatusOr<std::string> ContentOf(const report::FirstArticle& first_article,
 
 }  // namespace
 
-ReportService::ReportService(ReportSources sources, std::shared_ptr<const Peers> peers)
+ReportService::ReportService(ReportSources sources, std::shared_ptr<const clients::BladePeers> peers)
     : sources_(std::move(sources)),
       peers_(std::move(peers)),
       running_(kLimits, "reports", errors::v1::DOWNLOADS_FULL) {}

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "services/inspection/peers.h"
+#include "services/clients/blade_peers.h"
 #include "services/inspection/report_fetch.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/inspection/v1/report.grpc.pb.h"
@@ -12,7 +12,7 @@ namespace sixpoint::inspection {
 
 class ReportService final : public v1::ReportService::Service {
  public:
-  ReportService(ReportSources sources, std::shared_ptr<const Peers> peers);
+  ReportService(ReportSources sources, std::shared_ptr<const clients::BladePeers> peers);
 
   grpc::Status WriteReport(grpc::ServerContext* context, const v1::WriteReportRequest* request,
                            grpc::ServerWriter<v1::WriteReportResponse>* writer) override;
@@ -21,7 +21,7 @@ class ReportService final : public v1::ReportService::Service {
 
  private:
   const ReportSources sources_;
-  const std::shared_ptr<const Peers> peers_;
+  const std::shared_ptr<const clients::BladePeers> peers_;
   runtime::ComputePool running_;
 };
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "services/clients/registered_row.h"
 #include "services/inspection/hole_value_rows.h"
-#include "services/inspection/registered_row.h"
 #include "services/inspection/row_geometry.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/resource_name.h"
@@ -70,7 +70,7 @@ runtime::Made<storage::InspectionRow> RecordOf(const Inputs& inputs, const metro
   const registration::v1::Registration& registration = inputs.registration;
   storage::InspectionRow row;
   row.inspection_id = storage::NewUuid();
-  SetRegistered(registration, &row);
+  clients::SetRegistered(registration, &row);
   if (inputs.compared.disagreement) {
     row.disagreement_um = inputs.compared.disagreement->greatest_um();
     row.disagreement_ratio = inputs.compared.disagreement->ratio();
@@ -78,8 +78,8 @@ runtime::Made<storage::InspectionRow> RecordOf(const Inputs& inputs, const metro
   row.positioning_disagrees = inputs.compared.disagrees;
   row.positioning_covered = inputs.compared.covered;
   SetFindings(inputs.holes, findings, &row);
-  storage::RecordEntry entry =
-      EntryOf("inspection", runtime::NameOf("inspections", row.inspection_id), registration, inputs.compared.names);
+  storage::RecordEntry entry = clients::EntryOf("inspection", runtime::NameOf("inspections", row.inspection_id),
+                                                registration, inputs.compared.names);
   entry.summary_json = SummaryOf(row);
   return {std::move(row), std::move(entry)};
 }

@@ -7,9 +7,9 @@
 #include <string>
 #include <utility>
 
-#include "services/inspection/little_endian.h"
-#include "services/inspection/registered_row.h"
+#include "services/clients/registered_row.h"
 #include "services/inspection/row_geometry.h"
+#include "services/runtime/little_endian.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_geometry.h"
 #include "storage/blobs.h"
@@ -168,20 +168,21 @@ std::string DigestOf(const std::vector<storage::SectionOutlineRow>& outlines) {
   for (const storage::SectionOutlineRow& outline : outlines) {
     for (const auto* numbers :
          {&outline.part_from_section, &outline.nominal_mm, &outline.measured_mm, &outline.deviations_um})
-      for (const double number : *numbers) Append<std::uint64_t>(number, &bytes);
-    for (const std::int64_t gap : outline.gaps_before) Append<std::uint32_t>(static_cast<std::int32_t>(gap), &bytes);
+      for (const double number : *numbers) runtime::Append<std::uint64_t>(number, &bytes);
+    for (const std::int64_t gap : outline.gaps_before)
+      runtime::Append<std::uint32_t>(static_cast<std::int32_t>(gap), &bytes);
   }
   return storage::Sha256Hex(bytes);
 }
 
 }  // namespace
 
-runtime::Made<storage::SectionMeasurementRow> RecordOf(const RegisteredBlade& blade, const SectionOrder& order,
+runtime::Made<storage::SectionMeasurementRow> RecordOf(const clients::RegisteredBlade& blade, const SectionOrder& order,
                                                        const std::vector<SectionFinding>& findings) {
   const registration::v1::Registration& registration = blade.registration;
   storage::SectionMeasurementRow row;
   row.section_measurement_id = storage::NewUuid();
-  SetRegistered(registration, &row);
+  clients::SetRegistered(registration, &row);
   row.half_width_mm = order.half_width_mm;
   row.reference_section = order.sections[order.reference].name;
   if (order.neighbour) {
@@ -196,7 +197,7 @@ runtime::Made<storage::SectionMeasurementRow> RecordOf(const RegisteredBlade& bl
   }
   row.outlines_sha256 = DigestOf(row.outlines);
   storage::RecordEntry entry =
-      EntryOf("section", runtime::NameOf("sections", row.section_measurement_id), registration);
+      clients::EntryOf("section", runtime::NameOf("sections", row.section_measurement_id), registration);
   entry.summary_json = nlohmann::json({{"sections", findings.size()}, {"measured", measured}}).dump();
   return {std::move(row), std::move(entry)};
 }

@@ -9,7 +9,7 @@
 
 namespace sixpoint::inspection {
 
-runtime::Made<storage::SectionMeasurementRow> RecordOf(const RegisteredBlade& blade, const SectionOrder& order,
+runtime::Made<storage::SectionMeasurementRow> RecordOf(const clients::RegisteredBlade& blade, const SectionOrder& order,
                                                        const std::vector<SectionFinding>& findings);
 
 }  // namespace sixpoint::inspection

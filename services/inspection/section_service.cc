@@ -3,9 +3,10 @@
 #include <string>
 #include <utility>
 
+#include "services/clients/registered_blade.h"
+#include "services/clients/replay_registered.h"
 #include "services/inspection/measure_sections.h"
-#include "services/inspection/registered_blade.h"
-#include "services/inspection/replay_registered.h"
+#include "services/inspection/part_holes.h"
 #include "services/inspection/section_messages.h"
 #include "services/inspection/section_order.h"
 #include "services/inspection/section_rows.h"
@@ -23,7 +24,8 @@ absl::StatusOr<v1::SectionMeasurement> MeasurementOf(const storage::SectionMeasu
 
 }  // namespace
 
-SectionService::SectionService(std::shared_ptr<storage::SectionStore> store, std::shared_ptr<const Peers> peers,
+SectionService::SectionService(std::shared_ptr<storage::SectionStore> store,
+                               std::shared_ptr<const clients::BladePeers> peers,
                                const InspectionServiceOptions& options)
     : store_(std::move(store)),
       peers_(std::move(peers)),
@@ -46,8 +48,8 @@ absl::StatusOr<runtime::Made<storage::SectionMeasurementRow>> SectionService::Ma
     const v1::MeasureSectionsRequest& request, bool is_new, const runtime::Caller& caller) const {
   const auto order = OrderOf(request);
   if (!order.ok()) return order.status();
-  RegisteredBlade blade;
-  absl::Status status = FetchWhole(*peers_, request.registration(), is_new, caller, &blade);
+  clients::RegisteredBlade blade;
+  absl::Status status = clients::FetchWhole(*peers_, request.registration(), is_new, caller, &blade);
   if (!status.ok()) return status;
   auto pins = StandingPins(*peers_, blade, caller);
   if (!pins.ok()) return pins.status();
@@ -103,12 +105,12 @@ grpc::Status SectionService::ReplaySectionMeasurement(grpc::ServerContext* conte
   const auto recorded = runtime::GetResult<v1::SectionMeasurement>(
       *store_, caller.deadline, "sections", request->name(), errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf);
   return runtime::Answer(
-      ReplayRegistered(recorded, *peers_, caller, &running_,
-                       [&](const v1::SectionMeasurement& of) -> absl::StatusOr<v1::SectionMeasurement> {
-                         const auto made = Make(RequestOf(of), false, caller);
-                         if (!made.ok()) return made.status();
-                         return ToProto(made->row);
-                       }),
+      clients::ReplayRegistered(recorded, *peers_, caller, &running_,
+                                [&](const v1::SectionMeasurement& of) -> absl::StatusOr<v1::SectionMeasurement> {
+                                  const auto made = Make(RequestOf(of), false, caller);
+                                  if (!made.ok()) return made.status();
+                                  return ToProto(made->row);
+                                }),
       response);
 }
 

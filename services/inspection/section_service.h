@@ -3,8 +3,8 @@
 
 #include <memory>
 
+#include "services/clients/blade_peers.h"
 #include "services/inspection/options.h"
-#include "services/inspection/peers.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
 #include "services/runtime/recorded_call.h"
@@ -15,7 +15,7 @@ namespace sixpoint::inspection {
 
 class SectionService final : public v1::SectionService::Service {
  public:
-  SectionService(std::shared_ptr<storage::SectionStore> store, std::shared_ptr<const Peers> peers,
+  SectionService(std::shared_ptr<storage::SectionStore> store, std::shared_ptr<const clients::BladePeers> peers,
                  const InspectionServiceOptions& options);
 
   grpc::Status MeasureSections(grpc::ServerContext* context, const v1::MeasureSectionsRequest* request,
@@ -36,7 +36,7 @@ class SectionService final : public v1::SectionService::Service {
                                                                      bool is_new, const runtime::Caller& caller) const;
 
   const std::shared_ptr<storage::SectionStore> store_;
-  const std::shared_ptr<const Peers> peers_;
+  const std::shared_ptr<const clients::BladePeers> peers_;
   const InspectionServiceOptions options_;
   runtime::ComputePool running_;
 };

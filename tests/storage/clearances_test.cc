@@ -12,6 +12,7 @@
 #include "storage/inspections.h"
 #include "storage/measurements.h"
 #include "storage/plant_store.h"
+#include "storage/reconstructions.h"
 #include "storage/record.h"
 #include "storage/registrations.h"
 #include "storage/scans.h"
@@ -82,6 +83,10 @@ class ClearancesTest : public ::testing::Test {
     SectionFilter sections;
     sections.reader = reader;
     for (const auto& row : Listed(SectionsIn(plant())->List(sections, 0, 100, Soon()))) add("section", row.part_id);
+    ReconstructionFilter reconstructions;
+    reconstructions.reader = reader;
+    for (const auto& row : Listed(ReconstructionsIn(plant())->List(reconstructions, 0, 100, Soon())))
+      add("reconstruction", row.part_id);
     MeasurementFilter measurements;
     measurements.reader = reader;
     for (const auto& row : Listed(MeasurementsIn(plant())->List(measurements, 0, 100, Soon())))
@@ -100,9 +105,10 @@ class ClearancesTest : public ::testing::Test {
   std::set<std::string> AllOf(const std::set<std::string>& words, int studies) {
     std::set<std::string> all;
     for (const std::string& word : words)
-      for (const char* list : {"part", "blade", "scan", "registration", "correction", "inspection", "deviation",
-                               "section", "measurement", "study", "recall of registration", "recall of correction",
-                               "recall of inspection", "recall of deviation", "recall of section"})
+      for (const char* list :
+           {"part", "blade", "scan", "registration", "correction", "inspection", "deviation", "section",
+            "reconstruction", "measurement", "study", "recall of registration", "recall of correction",
+            "recall of inspection", "recall of deviation", "recall of section", "recall of reconstruction"})
         all.insert(std::string(list) + " " + word);
     if (studies > 0) all.insert("recall study");
     return all;

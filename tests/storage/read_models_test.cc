@@ -148,6 +148,8 @@ class ReadModelsTest : public ::testing::Test {
                                     calibrations);
     sixpoint::testing::PutSections(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2), "50 %",
                                    calibrations);
+    sixpoint::testing::PutReconstruction(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2),
+                                         "edge", calibrations);
     ASSERT_TRUE(transaction->Commit().ok());
   }
   // Of a part that everybody sees, too, and what another instrument measured by them.
@@ -171,7 +173,7 @@ class ReadModelsTest : public ::testing::Test {
                                        mapped->Text(0, 2), "seed");
     ASSERT_TRUE(transaction->Commit().ok());
   }
-  // Of the customers' parts, and of one that everybody sees.
+  // Of the customers' parts, and of one that everybody sees; shape regions too.
   static void PutStations() {
     auto transaction = plant_->database()->Begin(Soon());
     const auto put = transaction->Execute(
@@ -179,6 +181,10 @@ class ReadModelsTest : public ::testing::Test {
         "zero_from_part_nominal_translation_mm, capture_mm) SELECT part_id, revision, 0, 'left', "
         "'{1,0,0,0,1,0,0,0,1}', '{20,50,-190}', 3 FROM part_revisions");
     ASSERT_TRUE(put.ok()) << put.status();
+    const auto regions = transaction->Execute(
+        "INSERT INTO part_shape_regions (part_id, revision, region_index, region, kind, allowance_mm, lower_mm, "
+        "upper_mm) SELECT part_id, revision, 0, 'all', 'MACHINED', 0.05, -0.5, 0.5 FROM part_revisions");
+    ASSERT_TRUE(regions.ok()) << regions.status();
     ASSERT_TRUE(transaction->Commit().ok());
   }
   static void TearDownTestSuite() { plant_.reset(); }
@@ -246,7 +252,7 @@ TEST_F(ReadModelsTest, EveryViewAndColumnSaysWhatItIsAndTheDocumentSaysTheSame) 
 // What rests on a registration tells its station; none where that has none.
 TEST_F(ReadModelsTest, TellsWhereBladesStood) {
   const auto reader = As("bi_cleared");
-  for (const char* view : {"corrections", "inspections", "deviations", "sections"}) {
+  for (const char* view : {"corrections", "inspections", "deviations", "sections", "reconstructions"}) {
     const Asked asked =
         Ask(*reader, std::string("SELECT count(*) FILTER (WHERE r.station = 'left') > 0 AS at_left, "
                                  "count(*) FILTER (WHERE r.station IS NULL) > 0 AS nowhere, "

@@ -10,6 +10,7 @@
 #include "storage/corrections.h"
 #include "storage/deviations.h"
 #include "storage/inspections.h"
+#include "storage/reconstructions.h"
 #include "storage/registrations.h"
 #include "storage/sections.h"
 #include "tests/services/correction/judged_plant.h"
@@ -136,6 +137,28 @@ struct Sections {
   }
 };
 
+struct Reconstructions {
+  using Row = ReconstructionRow;
+  using Filter = ReconstructionFilter;
+  static constexpr auto kId = &Row::reconstruction_id;
+  static constexpr auto kIn = ReconstructionsIn;
+  static constexpr char kKind[] = "reconstruction";
+  static Row Make() {
+    Row row = RowOfThePlant<Row>();
+    row.registration_id = std::string(sixpoint::testing::kRegistration).substr(14);
+    row.method = "BEST_FIT";
+    row.applied = {0.5, 1.5, 4, 2, 4, 3};
+    row.outcome = "NOT_DETERMINED";
+    row.remark = "too little was seen";
+    row.taken_count = row.patch_count = 1;
+    row.patches_sha256 = std::string(64, '0');
+    row.computed_on = "x86-64";
+    row.scan_ids = {"s0"};
+    row.patches = {{0, 0, 0}, {0, 0, 1}, {1}, {NAN}, {0}};
+    return row;
+  }
+};
+
 template <typename Aggregate>
 class ResultStoreTest : public ::testing::Test {
  protected:
@@ -188,7 +211,7 @@ class ResultStoreTest : public ::testing::Test {
   }
 };
 
-using Aggregates = ::testing::Types<Registrations, Corrections, Inspections, Deviations, Sections>;
+using Aggregates = ::testing::Types<Registrations, Corrections, Inspections, Deviations, Sections, Reconstructions>;
 TYPED_TEST_SUITE(ResultStoreTest, Aggregates);
 
 TYPED_TEST(ResultStoreTest, WhatIsRecordedIsFoundWithItsSequenceAndTime) {

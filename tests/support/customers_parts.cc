@@ -13,6 +13,7 @@
 #include "storage/machining_models.h"
 #include "storage/measurements.h"
 #include "storage/plant_registry.h"
+#include "storage/reconstructions.h"
 #include "storage/registrations.h"
 #include "storage/retention.h"
 #include "storage/scans.h"
@@ -194,6 +195,40 @@ std::string PutSections(storage::Transaction& transaction, const std::string& pa
   return name;
 }
 
+std::string PutReconstruction(storage::Transaction& transaction, const std::string& part_id,
+                              const std::string& blade_serial, const std::string& registration,
+                              const std::string& region, const MachinesCalibrations& calibrations) {
+  auto row = ResultOf<storage::ReconstructionRow>(part_id, blade_serial, calibrations);
+  row.reconstruction_id = storage::NewUuid();
+  row.registration_id = IdOf(registration);
+  row.method = "BEST_FIT";
+  row.of_part_limits = true;
+  row.applied = {0.5, 1.5, 4, 2, 4, 3};
+  row.outcome = "RECONSTRUCTED";
+  row.worst_step_um = 1;
+  row.worst_kink_deg = 0.05;
+  row.taken_count = 100;
+  row.patch_count = 1;
+  row.spacing_mm = 4;
+  row.lattice = "lattice of " + region;
+  row.lattice_sha256 = storage::Sha256Hex(row.lattice);
+  row.patches_sha256 = std::string(64, '0');
+  row.computed_on = "x86-64";
+  storage::ReconstructionRegionRow one;
+  one.applied = {region, {}, {}, {0, 0, 1}, 60, "MACHINED", 0.05, -0.5, 0.5};
+  one.area_mm2 = one.seen_part = 1;
+  one.patch_count = 1;
+  one.least_allowance_um = 60;
+  one.least_spare_um = 4;
+  one.greatest_band_use = 0.3;
+  row.regions = {one};
+  row.holds = {{0, "STOCK", true, -0.1, 1, {1, 2, 3}, {0, 0, 1}, 0}};
+  row.patches = {{1, 2, 3}, {0, 0, 1}, {2}, {60}, {0}};
+  const std::string name = "reconstructions/" + row.reconstruction_id;
+  Must(storage::InsertReconstruction(transaction, row, EntryOfM1(name, {registration}, blade_serial)));
+  return name;
+}
+
 MachinesCalibrations PutCalibratedMachine(storage::Database* database) {
   storage::Transaction transaction = Must(database->Begin(Soon(60)));
   RegisterMachine(transaction, "m1");
@@ -368,6 +403,8 @@ CustomersPart PutCustomersPart(storage::Database* database, const std::string& w
                                   "17 of " + made.word, calibrations);
     made.sections = PutSections(transaction, IdOf(made.part), IdOf(made.blade), made.registration,
                                 "root of " + made.word, calibrations);
+    made.reconstruction = PutReconstruction(transaction, IdOf(made.part), IdOf(made.blade), made.registration,
+                                            "edge of " + made.word, calibrations);
     made.study = PutStudy(transaction, made);
   });
   Must(storage::DeleteScanPoints(database, nullptr,

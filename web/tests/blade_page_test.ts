@@ -161,6 +161,31 @@ test('the surface stands against its CAD: verdicts, regions, and tiles that are 
   await page.context().close();
 });
 
+test('the shape in the blank: its regions, its stock in colours, and other limits tried until there is none', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  const complaints = complaintsOf(page);
+  const section = page.locator('#reconstruction');
+  const regions = section.getByRole('region', { name: 'Table: Shape by region' });
+  assert.match(await regions.locator('tr', { hasText: 'leading edge' }).innerText(), /machined.*0\.020.*97\.0\s?%.*31\.4.*0\.3.*83\s?%/s);
+  assert.match(await section.innerText(), /A shape was found.*step 0\.84/s);
+  await section.getByRole('button', { name: 'Show the stock in 3D' }).click();
+  await page.waitForFunction(() => document.querySelector<HTMLCanvasElement>('#reconstruction canvas')?.dataset['tiles'] === '800', undefined, { timeout: 60_000 });
+  await section.locator('.scale-box').waitFor();
+  await page.waitForTimeout(600);
+  const colours = await coloursOf(page, '#reconstruction .view3d canvas');
+  assert.ok(colours.red > 100 && colours.grey > 100, JSON.stringify(colours));
+  await section.getByText('Try other limits').click();
+  const edge = section.getByRole('group', { name: 'leading edge' });
+  await edge.getByLabel('Lower, mm', { exact: true }).fill('-0.03');
+  assert.deepEqual(await axeFindings(page), []);
+  await section.getByRole('button', { name: 'Try these limits' }).click();
+  await section.getByText('Cannot be made from this blank', { exact: true }).waitFor();
+  assert.match(await section.innerText(), /with other limits than the part’s: a try.*at least 89\.0.*µm more.*alone no cure/s);
+  assert.equal(await section.getByRole('option').count(), 2);
+  assert.deepEqual(complaints, []);
+  await page.context().close();
+});
+
 test('mes-reader sees no buttons that change something', async () => {
   const page = await signedIn(stage, '/blades/SN-0413', 'mes');
   await page.getByText('This program waits for a person').waitFor();

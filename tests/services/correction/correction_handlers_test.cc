@@ -87,7 +87,10 @@ class CorrectionHandlersTest : public ::testing::Test {
                               });
   std::shared_ptr<NoEvents> events_ = std::make_shared<NoEvents>();
   CorrectionService service_{
-      store_, events_, std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect()), {4, 0}};
+      store_,
+      events_,
+      std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
+      {4, 0}};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<v1::CorrectionService::Stub> stub_ = v1::CorrectionService::NewStub(server_.Connect());
 };

@@ -28,7 +28,7 @@ class CorrectionServiceTest : public ::testing::Test {
     server_.reset();
     service_ = std::make_unique<CorrectionService>(
         storage::CorrectionsIn(plant_.database.database()), storage::CorrectionEventsIn(plant_.database.database()),
-        std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect()),
+        std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
         runtime::PoolLimits{greatest_count, 0});
     server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
     stub_ = v1::CorrectionService::NewStub(server_->Connect());

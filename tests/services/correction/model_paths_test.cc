@@ -144,10 +144,11 @@ class ModelPathsTest : public ::testing::Test {
   testing::JudgedPlant plant_;
   std::unique_ptr<storage::Database> database_ =
       storage::Database::Open(testing::AsRole(plant_.database.conninfo(), "correction"), 4);
-  CorrectionService service_{storage::CorrectionsIn(database_.get()),
-                             storage::CorrectionEventsIn(database_.get()),
-                             std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect()),
-                             {4, 0}};
+  CorrectionService service_{
+      storage::CorrectionsIn(database_.get()),
+      storage::CorrectionEventsIn(database_.get()),
+      std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
+      {4, 0}};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<Stub> stub_ = v1::CorrectionService::NewStub(server_.Connect());
 };

@@ -122,10 +122,11 @@ class ReleaseTest : public ::testing::Test {
   // With the rights that the service has, and no more.
   std::unique_ptr<storage::Database> database_ =
       storage::Database::Open(testing::AsRole(plant_.database.conninfo(), "correction"), 4);
-  CorrectionService service_{storage::CorrectionsIn(database_.get()),
-                             storage::CorrectionEventsIn(database_.get()),
-                             std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect()),
-                             {4, 0}};
+  CorrectionService service_{
+      storage::CorrectionsIn(database_.get()),
+      storage::CorrectionEventsIn(database_.get()),
+      std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
+      {4, 0}};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<Stub> stub_ = v1::CorrectionService::NewStub(server_.Connect());
 };

@@ -53,7 +53,7 @@ class StationsTest : public ::testing::Test {
   }
 
   testing::StandIns plant_;
-  Peers peers_{plant_.Connect(), plant_.Connect(), plant_.Connect()};
+  clients::BladePeers peers_{plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()};
   Isometry3d own_;
 };
 

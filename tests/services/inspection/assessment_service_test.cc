@@ -149,8 +149,9 @@ class AssessmentServiceTest : public ::testing::Test {
     EXPECT_TRUE(found.ok()) << found.status();
     return found.ok() ? found->value_or("") : "";
   }
-  std::unique_ptr<Peers> NewPeers() {
-    return std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect());
+  std::unique_ptr<clients::BladePeers> NewPeers() {
+    return std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(),
+                                                 plant_.Connect());
   }
 
   testing::JudgedPlant plant_;

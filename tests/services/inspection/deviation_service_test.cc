@@ -80,7 +80,7 @@ class DeviationServiceTest : public ::testing::Test {
   testing::JudgedPlant plant_;
   DeviationService service_{
       storage::DeviationsIn(plant_.database.database()),
-      std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
+      std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
       {}};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<v1::DeviationService::Stub> stub_ = v1::DeviationService::NewStub(server_.Connect());

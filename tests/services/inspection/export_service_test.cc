@@ -84,8 +84,8 @@ class ExportServiceTest : public ::testing::Test {
   static std::string Id(const std::string& name) { return name.substr(name.find('/') + 1); }
 
   testing::JudgedPlant plant_;
-  std::shared_ptr<const Peers> peers_ =
-      std::make_shared<const Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect());
+  std::shared_ptr<const clients::BladePeers> peers_ = std::make_shared<const clients::BladePeers>(
+      plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect());
   InspectionService inspections_{storage::InspectionsIn(plant_.database.database()), peers_, {}};
   DeviationService deviations_{storage::DeviationsIn(plant_.database.database()), peers_, {}};
   ExportService exports_{storage::InspectionsIn(plant_.database.database()),

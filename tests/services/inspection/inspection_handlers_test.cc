@@ -41,7 +41,9 @@ class InspectionHandlersTest : public ::testing::Test {
                                 return filter.blade_serial.empty() || row.blade_serial == filter.blade_serial;
                               });
   InspectionService service_{
-      store_, std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()), {}};
+      store_,
+      std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
+      {}};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<v1::InspectionService::Stub> stub_ = v1::InspectionService::NewStub(server_.Connect());
 };

@@ -27,7 +27,8 @@ class InspectionServiceTest : public ::testing::Test {
     options.pool = {greatest_count, 0};
     service_ = std::make_unique<InspectionService>(
         storage::InspectionsIn(plant_.database.database()),
-        std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()), options);
+        std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
+        options);
     server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
     stub_ = v1::InspectionService::NewStub(server_->Connect());
   }

@@ -136,8 +136,8 @@ class MeasurementServiceTest : public ::testing::Test {
   plant::DrawingService drawings_{storage::DrawingsIn(database_.database()),
                                   storage::PlantIn(database_.database()).parts};
   testing::InProcessServer plant_server_{{&plant_, &drawings_}};
-  std::shared_ptr<const Peers> peers_ = std::make_shared<const Peers>(plant_server_.Connect(), plant_server_.Connect(),
-                                                                      plant_server_.Connect(), plant_server_.Connect());
+  std::shared_ptr<const clients::BladePeers> peers_ = std::make_shared<const clients::BladePeers>(
+      plant_server_.Connect(), plant_server_.Connect(), plant_server_.Connect(), plant_server_.Connect());
   std::shared_ptr<StandInOurs> ours_ = std::make_shared<StandInOurs>();
   MeasurementService service_{storage::MeasurementsIn(database_.database()),
                               storage::MeasurementImportsIn(database_.database()), ours_, peers_};

@@ -60,7 +60,7 @@ class ReadsTest : public registration::FakePlantTest {
     Serve(limits, registrations_ingest_server_.Connect());
     inspections_ = std::make_unique<InspectionService>(
         storage::InspectionsIn(plant_.database.database()),
-        std::make_unique<Peers>(plant_server_.Connect(), plant_.Connect(), plant_.Connect(), channel_),
+        std::make_unique<clients::BladePeers>(plant_server_.Connect(), plant_.Connect(), plant_.Connect(), channel_),
         InspectionServiceOptions());
     inspections_server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{inspections_.get()});
   }

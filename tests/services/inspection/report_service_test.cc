@@ -118,8 +118,8 @@ class ReportServiceTest : public ::testing::Test {
   Drawings drawings_;
   v1::Assessment assessment_;
   testing::InProcessServer plant_server_{{&plant_.plant, &drawings_}};
-  std::shared_ptr<const Peers> peers_ =
-      std::make_shared<const Peers>(plant_server_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect());
+  std::shared_ptr<const clients::BladePeers> peers_ = std::make_shared<const clients::BladePeers>(
+      plant_server_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect());
   InspectionService inspections_{storage::InspectionsIn(plant_.database.database()), peers_, {}};
   DeviationService deviations_{storage::DeviationsIn(plant_.database.database()), peers_, {}};
   SectionService sections_{storage::SectionsIn(plant_.database.database()), peers_, {}};

@@ -66,7 +66,7 @@ class SectionServiceTest : public ::testing::Test {
   testing::AirfoilPlant plant_;
   SectionService service_{
       storage::SectionsIn(plant_.database.database()),
-      std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
+      std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
       {}};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<v1::SectionService::Stub> stub_ = v1::SectionService::NewStub(server_.Connect());
@@ -232,9 +232,9 @@ TEST_F(SectionServiceTest, WhatIsNotRecordedIsNotFound) {
 TEST(SectionsOfABlock, AreRecordedWithWhatTheyHave) {
   testing::JudgedPlant plant;
   for (const std::string& scan : plant.scans) plant.registration.registration.add_scans(scan);
-  SectionService service(storage::SectionsIn(plant.database.database()),
-                         std::make_unique<Peers>(plant.Connect(), plant.Connect(), plant.Connect(), plant.Connect()),
-                         {});
+  SectionService service(
+      storage::SectionsIn(plant.database.database()),
+      std::make_unique<clients::BladePeers>(plant.Connect(), plant.Connect(), plant.Connect(), plant.Connect()), {});
   testing::InProcessServer server({&service});
   v1::MeasureSectionsRequest request;
   request.set_registration(testing::kRegistration);

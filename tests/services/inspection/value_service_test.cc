@@ -40,7 +40,7 @@ class ValueServiceTest : public ::testing::Test {
   testing::JudgedPlant plant_;
   InspectionService inspection_service_{
       storage::InspectionsIn(plant_.database.database()),
-      std::make_unique<Peers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
+      std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
       {}};
   ValueService service_{storage::ValuesIn(plant_.database.database())};
   testing::InProcessServer server_{{&inspection_service_, &service_}};

@@ -21,6 +21,7 @@ import { methodWords, Story } from './blade_story';
 import { BladeView } from './blade_view';
 import { Decision } from './decision';
 import { Deviation } from './deviation';
+import { Reconstruction } from './reconstruction';
 import { Sections } from './section';
 
 const dispositionWords = (kind: DispositionKind) => (DispositionKind[kind] ?? '').toLowerCase().replaceAll('_', ' ');
@@ -123,6 +124,7 @@ function Blade({ facts, again }: { facts: BladeFacts; again: () => void }) {
       {facts.correction && facts.correction.groups.length > 0 && <Changes holes={holes} correction={facts.correction} />}
       <AssessmentSection assessments={assessments} facts={facts} />
       <Deviation facts={facts} />
+      <Reconstruction facts={facts} />
       <Sections facts={facts} />
       <Story entries={facts.entries} />
     </>

@@ -1,5 +1,5 @@
 // How far a blade's surface is off its CAD: the newest map's figures, its profile tolerances, and a picture of its patches.
-import { useEffect, useRef, useState } from 'preact/hooks';
+import { useState } from 'preact/hooks';
 import { DeviationService, ProfileZone, type DeviationMap, type DeviationStatistics, type PatchDeviation, type ProfileFinding } from '#proto/sixpoint/inspection/v1/deviation_pb';
 import type { Part } from '#proto/sixpoint/plant/v1/part_pb';
 import { PlantService } from '#proto/sixpoint/plant/v1/plant_pb';
@@ -10,20 +10,17 @@ import { client } from '../plant/clients';
 import { useMay } from '../plant/may';
 import { refusalOf } from '../plant/refusal';
 import { newRequestId } from '../plant/request_id';
-import type { BladeScene } from '../scene/blade_scene';
-import { minus, vectorOf } from '../scene/frames';
+import { vectorOf } from '../scene/frames';
 import { pageOf, personOf, shortId } from '../words/name';
 import { count, number, percent, plural, withUncertainty } from '../words/quantity';
 import { dateOf, full } from '../words/time';
 import { VerdictMark } from '../view/mark';
-import { download, fileNameOf } from '../view/picture';
 import { Shown } from '../view/states';
 import { Table, type Column } from '../view/table';
 import type { BladeFacts } from './blade_facts';
 import { verdictName } from './blade_holes';
 import { methodWords } from './blade_story';
-import { Scale, ScaleSliders } from './colour_scale';
-import { holesOfPart } from './part_scene';
+import { TiledSurface, type Tiling } from './tiled_surface';
 
 const placeOf = (patch: PatchDeviation | undefined): string => (patch ? vectorOf(patch.centreInPartMm).map((x) => number(x, 1)).join(', ') : '');
 const meanOf = (patch: PatchDeviation | undefined): string => (patch ? withUncertainty(patch.meanUm, patch.expandedUncertaintyUm, 'µm', 1) : '');
@@ -52,53 +49,13 @@ const kProfiles: Column<ProfileFinding>[] = [
   { head: 'Why', cell: (p) => p.reason, csv: (p) => p.reason },
 ];
 
-// Tiles of the patches on the CAD: dark where nothing was seen.
-function Tiled({ map, part }: { map: DeviationMap; part: Part }) {
-  const canvas = useRef<HTMLCanvasElement>(null), scene = useRef<BladeScene>();
-  const [module, setModule] = useState<typeof import('../scene/open')>();
-  const [said, setSaid] = useState('Loading the patches…'), [problem, setProblem] = useState('');
-  const [scale, setScale] = useState<[number, number]>([50, 10]);
-  useEffect(() => {
-    const stop = new AbortController();
-    let view: BladeScene | undefined;
-    const open = async () => {
-      const loaded = await import('../scene/open');
-      if (stop.signal.aborted) return;
-      view = new loaded.BladeScene(canvas.current!);
-      const [surface, patches] = await Promise.all([loaded.fetchSurface(`${part.name}@${part.revision}`, stop.signal), loaded.fetchPatches(map.name, stop.signal)]);
-      scene.current = view;
-      view.setSurface(surface);
-      view.setHoles(holesOfPart(part).map((hole) => ({ ...hole, nominalMm: minus(hole.nominalMm, surface.centre) })), [], 1, undefined);
-      view.setPatches(patches, surface.centre, map.patchMm);
-      const whole = map.statistics[0], most = loaded.roundScale(1.25 * Math.max(Math.abs(whole?.p05Um ?? 40), Math.abs(whole?.p95Um ?? 40)));
-      setScale([most, most / 5]);
-      setModule(loaded);
-      setSaid('');
-    };
-    open().catch((error: unknown) => {
-      if (stop.signal.aborted) return;
-      setSaid('');
-      setProblem(error instanceof Error && error.name !== 'ConnectError' ? error.message : refusalOf(error).text);
-    });
-    return () => { stop.abort(); view?.stop(); scene.current = undefined; };
-  }, [map.name, part.name, part.revision]);
-  useEffect(() => { scene.current?.setScale(...scale); }, [scale, module]);
-  const title = `Deviation of ${map.blade}, ${shortId(map.name)}`;
-  return (
-    <div>
-      <div class="view3d">
-        <canvas ref={canvas} tabIndex={0} role="img" aria-label={`The blade in 3D, ${count(map.patchCount)} patches coloured by their mean deviation, dark where nothing was seen. Arrow keys turn it, plus and minus come nearer and go away, Home shows all. The same in figures: the table of regions.`} />
-        {(said || problem) && <div class="over" role="status">{problem ? <span class="tone-bad">{problem}</span> : said}</div>}
-      </div>
-      <div class="view-tools no-print">
-        <button type="button" class="quiet" onClick={() => scene.current?.home()}>Show all</button>
-        <button type="button" class="quiet" disabled={!module} aria-label="Download PNG of the deviations" onClick={() => { void scene.current!.picture(title, scale[1]).then((blob) => download(blob, fileNameOf(title))); }}>Download PNG</button>
-      </div>
-      {module && <div class="sheet scale-box"><Scale module={module} scaleUm={scale[0]} bandUm={scale[1]} />
-        <div class="view-tools no-print"><ScaleSliders scaleUm={scale[0]} bandUm={scale[1]} onChange={(s, b) => setScale([s, b])} /></div>
-        <p class="small muted">Means of patches of {number(map.patchMm, map.patchMm < 1 ? 2 : 1)} mm. Dark tiles were not seen: that is no pass.</p></div>}
-    </div>
-  );
+function tilingOf(map: DeviationMap): Tiling {
+  const whole = map.statistics[0];
+  return {
+    name: map.name, title: `Deviation of ${map.blade}, ${shortId(map.name)}`, what: 'their mean deviation, dark where nothing was seen', patchCount: map.patchCount, patchMm: map.patchMm,
+    note: `Means of patches of ${number(map.patchMm, map.patchMm < 1 ? 2 : 1)} mm. Dark tiles were not seen: that is no pass.`,
+    mostUm: 1.25 * Math.max(Math.abs(whole?.p05Um ?? 40), Math.abs(whole?.p95Um ?? 40)), fetch: (module, signal) => module.fetchPatches(map.name, signal),
+  };
 }
 
 function Map({ map, part }: { map: DeviationMap; part: Part | undefined }) {
@@ -112,7 +69,7 @@ function Map({ map, part }: { map: DeviationMap; part: Part | undefined }) {
       {map.profiles.length > 0 && <Table caption="Profile tolerances" columns={kProfiles} rows={map.profiles} rowKey={(p) => p.tolerance?.characteristic ?? ''} />}
       <Table caption="Deviation by region" columns={kRegions} rows={map.statistics} rowKey={(r) => r.region} />
       {map.decisionRule && <p class="small muted">{map.decisionRule}</p>}
-      {maySurface && part && (isOpen ? <Tiled map={map} part={part} /> : <p class="no-print"><button type="button" onClick={() => setOpen(true)}>Show the map in 3D</button></p>)}
+      {maySurface && part && (isOpen ? <TiledSurface tiling={tilingOf(map)} part={part} /> : <p class="no-print"><button type="button" onClick={() => setOpen(true)}>Show the map in 3D</button></p>)}
     </>
   );
 }

@@ -4,6 +4,7 @@ import { Code, ConnectError } from '@connectrpc/connect';
 import type { Registration } from '#proto/sixpoint/registration/v1/registration_pb';
 import { PointFormat, ScanService } from '#proto/sixpoint/ingest/v1/ingest_pb';
 import type { Scan } from '#proto/sixpoint/ingest/v1/scan_pb';
+import { ReconstructionService } from '#proto/sixpoint/correction/v1/reconstruction_pb';
 import { DeviationService } from '#proto/sixpoint/inspection/v1/deviation_pb';
 import { PlantService } from '#proto/sixpoint/plant/v1/plant_pb';
 import { client } from '../plant/clients';
@@ -36,6 +37,16 @@ export async function fetchPatches(name: string, signal: AbortSignal): Promise<P
   const patches: Patches = { centresMm: [], normals: [], areasMm2: [], meansUm: [] };
   for await (const some of client(DeviationService).downloadDeviationPatches({ name }, { signal })) {
     for (const [from, to] of [[some.centresInPartMm, patches.centresMm], [some.normalsInPart, patches.normals], [some.areasMm2, patches.areasMm2], [some.meansUm, patches.meansUm]] as const) for (const value of from) to.push(value);
+  }
+  return patches;
+}
+
+// The blank's patches of a reconstruction, by the stock of each over the shape.
+export async function fetchStock(name: string, patchMm: number, signal: AbortSignal): Promise<Patches> {
+  const patches: Patches = { centresMm: [], normals: [], areasMm2: [], meansUm: [] };
+  for await (const some of client(ReconstructionService).downloadBlankPatches({ name }, { signal })) {
+    for (const [from, to] of [[some.pointsInPartMm, patches.centresMm], [some.normalsInPart, patches.normals], [some.stockUm, patches.meansUm]] as const) for (const value of from) to.push(value);
+    for (let i = 0; i < some.stockUm.length; ++i) patches.areasMm2.push(patchMm * patchMm);
   }
   return patches;
 }

@@ -34,6 +34,7 @@ const kVerdicts: Record<string, [Tone, string]> = {
   CONVERGED: ['good', 'Converged'],
   NOT_CONVERGED: ['bad', 'Not converged'],
   NOT_DETERMINED: ['bad', 'Not determined'],
+  RECONSTRUCTED: ['good', 'Shape found'],
   TOO_LITTLE_OVERLAP: ['bad', 'Too little overlap'],
   INFEASIBLE: ['bad', 'Infeasible'],
   DRAFT: ['wait', 'Waits for a person'],

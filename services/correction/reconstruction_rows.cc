@@ -1,0 +1,175 @@
+#include "services/correction/reconstruction_rows.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "services/clients/registered_row.h"
+#include "services/correction/lattice_bytes.h"
+#include "services/runtime/little_endian.h"
+#include "services/runtime/resource_name.h"
+#include "storage/blobs.h"
+
+namespace sixpoint::correction {
+namespace {
+
+constexpr double kTo_um = 1e3;
+constexpr double kTo_deg = 180 / 3.14159265358979323846;
+constexpr double kExpanded = 2;  // 95 %
+constexpr std::size_t kMostHolds = 100;
+
+// Kept and answered as float: what reads back is what was digested.
+double Short(double value) { return static_cast<double>(static_cast<float>(value)); }
+
+std::optional<double> In_um(const std::optional<double>& mm) {
+  return mm ? std::optional<double>(kTo_um * *mm) : std::nullopt;
+}
+
+std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+std::string WordOf(metrology::LimitKind kind) {
+  switch (kind) {
+    case metrology::LimitKind::kStock:
+      return "STOCK";
+    case metrology::LimitKind::kTolerance:
+      return "TOLERANCE";
+    case metrology::LimitKind::kFixed:
+      return "FIXED";
+    case metrology::LimitKind::kDatum:
+      return "DATUM";
+  }
+  return "STOCK";
+}
+
+std::string WordOf(metrology::ShapeOutcome outcome) {
+  switch (outcome) {
+    case metrology::ShapeOutcome::kReconstructed:
+      return "RECONSTRUCTED";
+    case metrology::ShapeOutcome::kInfeasible:
+      return "INFEASIBLE";
+    case metrology::ShapeOutcome::kNotDetermined:
+      return "NOT_DETERMINED";
+  }
+  return "NOT_DETERMINED";
+}
+
+storage::ReconstructionRegionRow RegionRowOf(const storage::ShapeRegionRow& applied,
+                                             const metrology::RegionFinding& finding) {
+  storage::ReconstructionRegionRow row;
+  row.applied = applied;
+  row.area_mm2 = finding.area_mm2;
+  row.seen_part = finding.seen_part;
+  row.patch_count = static_cast<int>(finding.patch_count);
+  row.least_allowance_um = In_um(finding.least_allowance_mm);
+  row.least_spare_um = In_um(finding.least_spare_mm);
+  row.greatest_band_use = finding.greatest_band_use;
+  row.worst_fixed_um = In_um(finding.worst_fixed_mm);
+  if (applied.kind == "DATUM") row.worst_datum_um = kTo_um * finding.worst_datum_mm;
+  return row;
+}
+
+std::vector<storage::ReconstructionHoldRow> HoldRowsOf(const std::vector<metrology::HoldingPlace>& places,
+                                                       std::size_t region_count) {
+  std::vector<storage::ReconstructionHoldRow> rows;
+  for (const metrology::HoldingPlace& place : places) {
+    if (rows.size() == kMostHolds) break;
+    if (place.region >= region_count) continue;
+    storage::ReconstructionHoldRow& row = rows.emplace_back();
+    row.region_index = static_cast<int>(place.region);
+    row.limit_kind = WordOf(place.kind);
+    row.upper = place.most;
+    row.limit_mm = place.limit_mm;
+    row.share = place.share;
+    row.place_in_part_mm = ThreeOf(place.place_mm);
+    row.normal_in_part = ThreeOf(place.normal);
+    if (place.patch) row.patch = static_cast<int>(*place.patch);
+  }
+  return rows;
+}
+
+std::optional<storage::ShapeProofRow::Relaxation> RelaxationOf(
+    const std::optional<metrology::LeastRelaxation>& relaxation) {
+  if (!relaxation) return std::nullopt;
+  return storage::ShapeProofRow::Relaxation{kTo_um * relaxation->at_least_mm, kTo_um * relaxation->at_most_mm};
+}
+
+storage::BlankPatchesRow PatchesRowOf(const ReconstructedBlank& made) {
+  storage::BlankPatchesRow row;
+  for (std::size_t i = 0; i < made.blank.size(); ++i) {
+    const metrology::BlankPatch& patch = made.blank[i];
+    for (int k = 0; k < 3; ++k) {
+      row.points_in_part_mm.push_back(patch.point_mm[k]);
+      row.normals_in_part.push_back(Short(patch.normal[k]));
+    }
+    row.expanded_uncertainties_um.push_back(Short(kTo_um * kExpanded * patch.standard_uncertainty_mm));
+    row.stock_um.push_back(made.stock_mm[i] ? Short(kTo_um * *made.stock_mm[i])
+                                            : std::numeric_limits<double>::quiet_NaN());
+    row.regions.push_back(static_cast<std::int64_t>(made.region_of[i]));
+  }
+  return row;
+}
+
+std::string DigestOf(const storage::BlankPatchesRow& patches) {
+  std::string bytes;
+  const auto floats = [&](const std::vector<double>& numbers) {
+    for (const double number : numbers) runtime::Append<std::uint32_t>(static_cast<float>(number), &bytes);
+  };
+  for (const double number : patches.points_in_part_mm) runtime::Append<std::uint64_t>(number, &bytes);
+  floats(patches.normals_in_part);
+  floats(patches.expanded_uncertainties_um);
+  floats(patches.stock_um);
+  for (const std::int64_t region : patches.regions)
+    runtime::Append<std::uint32_t>(static_cast<std::int32_t>(region), &bytes);
+  return storage::Sha256Hex(bytes);
+}
+
+void SetShape(const metrology::Reconstruction& found, storage::ReconstructionRow* row) {
+  row->outcome = WordOf(found.outcome);
+  row->remark = found.remark;
+  row->spacing_mm = found.spacing_mm;
+  row->control_count = static_cast<std::int64_t>(found.control_count);
+  row->level_count = found.level_count;
+  row->pass_count = found.pass_count;
+  if (found.deformation) {
+    row->worst_step_um = kTo_um * found.worst_step_mm;
+    row->worst_kink_deg = kTo_deg * found.worst_kink_rad;
+    row->lattice = LatticeBytes(*found.deformation);
+    row->lattice_sha256 = storage::Sha256Hex(row->lattice);
+  }
+  if (!found.proof) return;
+  const metrology::ShapeProof& proof = *found.proof;
+  row->proof = storage::ShapeProofRow{proof.of_any_shape, kTo_um * proof.lacking_mm, proof.control_reach_mm,
+                                      RelaxationOf(proof.tolerance), RelaxationOf(proof.stock)};
+}
+
+}  // namespace
+
+runtime::Made<storage::ReconstructionRow> RecordOf(const clients::RegisteredBlade& blade,
+                                                   const ReconstructionOrder& order, const AppliedRegions& regions,
+                                                   const ReconstructedBlank& made) {
+  storage::ReconstructionRow row;
+  row.reconstruction_id = storage::NewUuid();
+  clients::SetRegistered(blade.registration, &row);
+  row.of_part_limits = regions.of_part_limits;
+  row.applied = order.method;
+  SetShape(made.found, &row);
+  row.taken_count = made.counts.taken;
+  row.far_off_count = made.counts.far_off;
+  row.shapeless_count = made.counts.shapeless;
+  row.patch_count = static_cast<int>(made.blank.size());
+  for (std::size_t i = 0; i < regions.rows.size(); ++i)
+    row.regions.push_back(RegionRowOf(regions.rows[i], made.found.regions.at(i)));
+  row.holds = HoldRowsOf(made.found.proof ? made.found.proof->conflicts : made.found.holding, regions.rows.size());
+  row.patches = PatchesRowOf(made);
+  row.patches_sha256 = DigestOf(row.patches);
+  storage::RecordEntry entry =
+      clients::EntryOf("reconstruction", runtime::NameOf("reconstructions", row.reconstruction_id), blade.registration);
+  nlohmann::json summary = {{"outcome", row.outcome}, {"of_part_limits", row.of_part_limits}};
+  entry.summary_json = summary.dump();
+  return {std::move(row), std::move(entry)};
+}
+
+}  // namespace sixpoint::correction
