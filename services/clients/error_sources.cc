@@ -54,6 +54,8 @@ void AddArm(const std::string& machine, const std::string& series, const Fetched
 
 }  // namespace
 
+bool IsFormOfBlade(const std::string& source) { return source.rfind("form, ", 0) == 0; }
+
 metrology::ScannerField FieldOf(const plant::v1::Sensor& sensor) {
   const auto of = sensor.kind() == plant::v1::SENSOR_KIND_SNAPSHOT ? &metrology::ScannerField::OfSnapshot
                                                                    : &metrology::ScannerField::Of;

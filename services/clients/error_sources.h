@@ -25,6 +25,9 @@ metrology::ScannerField FieldOf(const plant::v1::Sensor& sensor);
 // How both rotary axes come to their poses.
 metrology::Travel ApproachOf(const plant::v1::Machine& machine);
 
+// Whether a source is what a blade's form did to its pose ("form, blades/SN-1").
+bool IsFormOfBlade(const std::string& source);
+
 // What a scan is of, and by what it is mapped.
 struct Scanned {
   const plant::v1::Machine& machine;

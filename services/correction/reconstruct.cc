@@ -1,10 +1,13 @@
 #include "services/correction/reconstruct.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
 #include "metrology/reconstruction/blank_stock.h"
 #include "metrology/reconstruction/design_places.h"
+#include "services/clients/error_sources.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::correction {
@@ -13,9 +16,23 @@ namespace {
 // Places of the design stand nearer to each other than patches of the blank, so that no limit is asked between two of them.
 constexpr double kPlacesOfPatch = 0.75;
 
-metrology::ReconstructionOptions OptionsOf(const storage::ReconstructionMethodRow& method, int threads,
+// What a casting's form does to the pose moves blank and shape alike: the shape is cut where this pose has it. The rest of what the pose is uncertain
+// by does so too, but is small.
+metrology::RegisteredPose WithoutForm(metrology::RegisteredPose pose) {
+  const auto is_form = [](const metrology::ErrorSource& source) { return clients::IsFormOfBlade(source.name); };
+  pose.sources.erase(std::remove_if(pose.sources.begin(), pose.sources.end(), is_form), pose.sources.end());
+  return pose;
+}
+
+metrology::ReconstructionOptions OptionsOf(const storage::ReconstructionMethodRow& method,
+                                           const std::vector<metrology::ShapeRegion>& regions, int threads,
                                            const runtime::Caller& caller) {
   metrology::ReconstructionOptions options;
+  // Points are no farther from the design, and the shape no farther than its bands: a wall beyond both is another one.
+  options.greatest_stock_mm = method.farthest_mm;
+  for (const metrology::ShapeRegion& region : regions)
+    options.greatest_stock_mm = std::max(
+        options.greatest_stock_mm, method.farthest_mm + std::max(std::abs(region.lower_mm), std::abs(region.upper_mm)));
   options.threads = threads;
   options.keep_going = caller.keep_going;
   options.patch_mm = method.patch_mm;
@@ -61,7 +78,7 @@ absl::StatusOr<ReconstructedBlank> ReconstructBlank(const clients::ScanClient& s
                                                     const ReconstructionOrder& order, const AppliedRegions& regions,
                                                     int threads, const runtime::Caller& caller) {
   const storage::ReconstructionMethodRow& method = order.method;
-  const metrology::ReconstructionOptions options = OptionsOf(method, threads, caller);
+  const metrology::ReconstructionOptions options = OptionsOf(method, regions.kernel, threads, caller);
   const absl::Status fits = CheckLatticeSize(blade.surface->minimum_mm(), blade.surface->maximum_mm(), options.reach_mm,
                                              options.finest_spacing_mm);
   if (!fits.ok()) return fits;
@@ -76,8 +93,8 @@ absl::StatusOr<ReconstructedBlank> ReconstructBlank(const clients::ScanClient& s
   blank_options.threads = threads;
   blank_options.keep_going = caller.keep_going;
   blank_options.farthest_mm = method.farthest_mm;
-  metrology::MeasuredBlank measured(blade.surface, metrology::PartMapping(*blade.pose, blade.sensor, blade.axes),
-                                    blank_options);
+  metrology::MeasuredBlank measured(
+      blade.surface, metrology::PartMapping(WithoutForm(*blade.pose), blade.sensor, blade.axes), blank_options);
   if (absl::Status read = ReadScans(scans, blade, caller, &measured); !read.ok()) return read;
   auto blank = measured.Finish(*patches);
   if (!blank.ok()) return blank.status();

@@ -21,7 +21,7 @@ constexpr double kCoverage = 2;
 bool IsOfTheBlade(const std::string& source) {
   static const auto* const known =
       new std::set<std::string>{"points of the pin", "noise of the scans", "how the pin stands", "other positionings"};
-  return known->count(source) > 0 || source.rfind("form, ", 0) == 0;
+  return known->count(source) > 0 || clients::IsFormOfBlade(source);
 }
 
 Eigen::Vector3d VectorOf(const std::array<double, 3>& three) { return {three[0], three[1], three[2]}; }
