@@ -7,6 +7,8 @@
 #include <tuple>
 #include <utility>
 
+#include "services/clients/error_sources.h"
+
 namespace sixpoint::inspection {
 namespace {
 
