@@ -13,7 +13,7 @@ using Clock = std::chrono::steady_clock;
 }  // namespace
 
 double BareCorrection_s(const Channels& channels, const correction::v1::CorrectRequest& request) {
-  static const correction::Peers peers(channels.plant, channels.calibration, channels.registration);
+  static const clients::BladePeers peers(channels.plant, channels.ingest, channels.calibration, channels.registration);
   runtime::Caller caller;
   caller.deadline = Clock::now() + std::chrono::seconds(60);
   caller.make_context = caller.make_own_context = [] { return runtime::ContextFor(60); };
