@@ -28,19 +28,19 @@ void ShapeProblem::EvenFixed() {
   PlaceGrid about(kAboutPatches * options_.patch_mm);
   std::vector<std::size_t> patch_of;
   for (std::size_t j = 0; j < measured_count_; ++j) {
-    if (!feet_[j] || !Is(j, RegionKind::kFixed)) continue;
-    about.Add(feet_[j]->place_mm, feet_[j]->design_normal);
+    if (!look_.feet[j] || !Is(j, RegionKind::kFixed)) continue;
+    about.Add(look_.feet[j]->place_mm, look_.feet[j]->design_normal);
     patch_of.push_back(j);
   }
   std::vector<BlankPatch> even(patch_of.size());
   ForEachChunk(even.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const SurfaceFoot& foot = *feet_[patch_of[i]];
+      const SurfaceFoot& foot = *look_.feet[patch_of[i]];
       double count = 0, rest_mm = 0, variance_mm2 = 0;
       about.EachNear(foot.place_mm, foot.design_normal, kSameWallCosine, [&](std::size_t k, const Vector3d&, double) {
         const double uncertainty_mm = blank_[patch_of[k]].standard_uncertainty_mm;
         count += 1;
-        rest_mm += feet_[patch_of[k]]->distance_mm;
+        rest_mm += look_.feet[patch_of[k]]->distance_mm;
         variance_mm2 += uncertainty_mm * uncertainty_mm;
       });
       even[i] = blank_[patch_of[i]];
@@ -48,15 +48,20 @@ void ShapeProblem::EvenFixed() {
       even[i].standard_uncertainty_mm = std::sqrt(variance_mm2) / count;
     }
   });
-  for (std::size_t i = 0; i < even.size(); ++i) blank_[patch_of[i]] = even[i];
+  for (std::size_t i = 0; i < even.size(); ++i) {
+    SurfaceFoot& foot = *look_.feet[patch_of[i]];
+    // Along the normal: the foot stays where it is.
+    foot.distance_mm += foot.normal.dot(even[i].point_mm - blank_[patch_of[i]].point_mm);
+    blank_[patch_of[i]] = even[i];
+  }
 }
 
 void ShapeProblem::GuessBetween(const FreeFormDeformation& blank_as) {
   PlaceGrid about(kAboutPatches * options_.patch_mm);
   std::vector<std::size_t> patch_of;
   for (std::size_t j = 0; j < measured_count_; ++j) {
-    if (!feet_[j] || region_of_patch_[j] == regions_.size()) continue;
-    about.Add(feet_[j]->place_mm, feet_[j]->design_normal);
+    if (!look_.feet[j] || look_.region_of_patch[j] == regions_.size()) continue;
+    about.Add(look_.feet[j]->place_mm, look_.feet[j]->design_normal);
     patch_of.push_back(j);
   }
   const auto guess = [&](const SurfacePoint& on) -> std::optional<Guess> {
@@ -68,17 +73,19 @@ void ShapeProblem::GuessBetween(const FreeFormDeformation& blank_as) {
       const double even_mm = kEvenPart * options_.patch_mm;
       const double weight = 1 / (distance_mm * distance_mm + even_mm * even_mm);
       weights += weight;
-      rest_mm += weight * feet_[patch_of[k]]->distance_mm;
+      rest_mm += weight * look_.feet[patch_of[k]]->distance_mm;
       uncertainty_mm = std::max(uncertainty_mm, blank_[patch_of[k]].standard_uncertainty_mm);
       ++count;
     });
     if (count < kLeastAbout) return std::nullopt;
     const Vector3d normal = (local->Jacobian().inverse().transpose() * on.normal).normalized();
-    return Guess{{on.point_mm + local->displacement_mm + rest_mm / weights * normal, normal, uncertainty_mm},
-                 on.point_mm,
-                 on.triangle,
-                 Vector3d::Zero(),
-                 -std::numeric_limits<double>::infinity()};
+    Guess made{{on.point_mm + local->displacement_mm + rest_mm / weights * normal, normal, uncertainty_mm},
+               {},
+               -std::numeric_limits<double>::infinity()};
+    made.near.place_mm = on.point_mm;
+    made.near.design_normal = on.normal;
+    made.near.triangle = on.triangle;
+    return made;
   };
   std::vector<std::array<std::optional<Guess>, 4>> guesses(design_.places.size());
   ForEachChunk(guesses.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -103,16 +110,28 @@ void ShapeProblem::GuessBetween(const FreeFormDeformation& blank_as) {
 std::size_t ShapeProblem::TakeLacking(const FreeFormDeformation& deformation) {
   std::vector<std::optional<SurfaceFoot>> feet(between_.size());
   std::vector<double> spares_mm(between_.size(), 0);
+  double most_wanted_mm = 0;
+  for (const ShapeRegion& region : regions_)
+    if (region.kind == RegionKind::kMachined) most_wanted_mm = std::max(most_wanted_mm, region.allowance_mm);
   ForEachChunk(feet.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Guess& guess = between_[i];
       const BlankPatch& patch = guess.patch;
-      SurfaceFoot near;
-      near.triangle = guess.triangle;
-      near.displacement_mm = deformation.DisplacementAt(guess.place_mm).value_or(Vector3d::Zero());
+      const auto local = deformation.LocalAt(guess.near.place_mm);
+      if (!local) continue;
       // What had stock has it still where the shape has hardly moved.
-      if (guess.spare_mm - kGoesAlong * (near.displacement_mm - guess.displacement_mm).norm() > kPlenty_mm) continue;
-      feet[i] = FootOf(*design_.surface, &deformation, patch.point_mm, patch.normal, options_.greatest_stock_mm, &near);
+      if (guess.spare_mm - kGoesAlong * (local->displacement_mm - guess.near.displacement_mm).norm() > kPlenty_mm)
+        continue;
+      guess.near.displacement_mm = local->displacement_mm;
+      // Nor is looked for the foot of what has plenty, wherever that is.
+      const Vector3d normal = (local->Jacobian().inverse().transpose() * guess.near.design_normal).normalized();
+      const Vector3d from_mm = patch.point_mm - guess.near.place_mm - local->displacement_mm;
+      const double out_mm = normal.dot(from_mm);
+      guess.spare_mm = out_mm - kGoesAlong * (from_mm - out_mm * normal).norm() - most_wanted_mm -
+                       options_.coverage_factor * patch.standard_uncertainty_mm;
+      if (guess.spare_mm > kPlenty_mm) continue;
+      feet[i] =
+          FootOf(*design_.surface, &deformation, patch.point_mm, patch.normal, options_.greatest_stock_mm, &guess.near);
       if (!feet[i]) continue;
       const std::size_t region = RegionAt(regions_, feet[i]->place_mm, feet[i]->design_normal);
       if (region == regions_.size() || regions_[region].kind != RegionKind::kMachined) {
@@ -121,7 +140,6 @@ std::size_t ShapeProblem::TakeLacking(const FreeFormDeformation& deformation) {
       }
       guess.spare_mm = spares_mm[i] =
           feet[i]->distance_mm - WantedAt(*feet[i], regions_[region], patch.standard_uncertainty_mm).wanted_mm;
-      guess.displacement_mm = near.displacement_mm;
     }
   });
   // One that lacks takes along those that hardly do not, lest they lack next.
@@ -134,22 +152,30 @@ std::size_t ShapeProblem::TakeLacking(const FreeFormDeformation& deformation) {
       continue;
     }
     blank_.push_back(between_[i].patch);
-    feet_.push_back(feet[i]);
     first_feet_.push_back(feet[i]);
-    region_of_patch_.push_back(RegionAt(regions_, feet[i]->place_mm, feet[i]->design_normal));
-    about_machined_.push_back(false);
   }
   between_ = std::move(left);
-  LookAt(&deformation);
+  Resize();
+  ForEachChunk(blank_.size() - before, kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t j = before + begin; j < before + end; ++j) LookAtPatch(j, &deformation, &*first_feet_[j]);
+  });
   return blank_.size() - before;
 }
 
 void ShapeProblem::DropGuesses() {
   blank_.resize(measured_count_);
-  feet_.resize(measured_count_);
-  first_feet_.resize(measured_count_);
-  region_of_patch_.resize(measured_count_);
-  about_machined_.resize(measured_count_);
+  Resize();
+}
+
+void ShapeProblem::Resize() {
+  const std::size_t count = blank_.size();
+  first_feet_.resize(count);
+  about_machined_.resize(count, false);
+  look_.feet.resize(count);
+  look_.patch_bands.resize(count);
+  look_.wanted_mm.resize(count, 0);
+  look_.cut_part.resize(count, 1);
+  look_.region_of_patch.resize(count, regions_.size());
 }
 
 }  // namespace sixpoint::metrology

@@ -121,10 +121,28 @@ void LatticeSystem::AddEnergy(double stiffness, double decay_mm) {
       for (Index q = 0; q < 64; ++q)
         element(p, q) += stiffness * term.weight * gram[0][term.x](p / 16, q / 16) *
                          gram[1][term.y](p / 4 % 4, q / 4 % 4) * gram[2][term.z](p % 4, q % 4);
+  energy_ += element;
   for (int x = 0; x < lattice_.cells[0]; ++x)
     for (int y = 0; y < lattice_.cells[1]; ++y)
       for (int z = 0; z < lattice_.cells[2]; ++z)
         if (covered_[lattice_.CellIndex(x, y, z)] != 0) AddElement({x, y, z}, element);
+}
+
+MatrixXd LatticeSystem::ByEnergy(const MatrixXd& unknowns_mm) const {
+  MatrixXd product = MatrixXd::Zero(size(), 3);
+  for (int x = 0; x < lattice_.cells[0]; ++x)
+    for (int y = 0; y < lattice_.cells[1]; ++y)
+      for (int z = 0; z < lattice_.cells[2]; ++z) {
+        if (covered_[lattice_.CellIndex(x, y, z)] == 0) continue;
+        const std::array<Index, 64> unknowns = UnknownsOf({x, y, z});
+        Eigen::Matrix<double, 64, 3> own_mm;
+        for (Index local = 0; local < 64; ++local)
+          own_mm.row(local) = unknowns_mm.row(unknowns[static_cast<std::size_t>(local)]);
+        const Eigen::Matrix<double, 64, 3> by_energy = energy_ * own_mm;
+        for (Index local = 0; local < 64; ++local)
+          product.row(unknowns[static_cast<std::size_t>(local)]) += by_energy.row(local);
+      }
+  return product;
 }
 
 void LatticeSystem::AddPull(const LatticeWeights& at, double weight, const Vector3d& wanted_mm) {

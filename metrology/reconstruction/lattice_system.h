@@ -45,13 +45,17 @@ class LatticeSystem {
   Eigen::MatrixXd Reaches(const std::vector<LatticeWeights>& places) const;
   // free_mm plus what the pushes on the right side move.
   ControlDisplacements Moved(Eigen::MatrixXd right) const;
-  // The least where those of the pulls that slide act along their normals alone; of a system that has these pulls and no others.
-  ControlDisplacements Slid(const std::vector<LatticePull>& pulls) const;
+  // The least where those of the pulls that slide act along their normals alone; of a system that has these pulls and no others. begin_mm: controls
+  // thought near, or none.
+  ControlDisplacements Slid(const std::vector<LatticePull>& pulls, const ControlDisplacements& begin_mm,
+                            int threads) const;
 
  private:
   using Element = Eigen::Matrix<double, 64, 64>;
   std::array<Eigen::Index, 64> UnknownsOf(const std::array<int, 3>& cell) const;
   void AddElement(const std::array<int, 3>& cell, const Element& element);
+  // The energy's matrix times these.
+  Eigen::MatrixXd ByEnergy(const Eigen::MatrixXd& unknowns_mm) const;
   // A row a control, of one an unknown.
   ControlDisplacements ControlsOf(const Eigen::MatrixXd& unknowns_mm) const;
 
@@ -60,6 +64,7 @@ class LatticeSystem {
   std::vector<Eigen::Index> unknown_of_;     // of each control; -1: it acts nowhere
   std::vector<std::size_t> control_of_;      // of each unknown
   std::map<std::size_t, Element> gathered_;  // pulls of each cell
+  Element energy_ = Element::Zero();         // of each covered cell
   LayeredCholesky system_;
   Eigen::MatrixXd right_, free_mm_;
 };

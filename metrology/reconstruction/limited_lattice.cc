@@ -23,6 +23,9 @@ constexpr std::size_t kChunk = 2048;
 constexpr std::size_t kNewEachRound = 64;
 constexpr std::size_t kMostWorking = 1500;  // before those that push no more are let go
 constexpr int kRounds = 120;
+// Of all rounds together, in cubes of how many limits are minded: some half a minute. What wants more than that has limits that contradict each other
+// all over, and says so by its slack long before.
+constexpr double kMostWork = 5e10;
 constexpr double kFirm =
     1e-12;  // each limit's own compliance, as SlackRule's: keeps the matrix definite where limits coincide
 
@@ -199,11 +202,13 @@ absl::StatusOr<LimitedLattice> SolveLimited(const LatticeSystem& system, const s
       next.push_back({push.limit, push.most});
   LimitedLattice result;
   result.controls_mm = system.Moved(MatrixXd::Zero(system.size(), 3));
-  for (; result.round_count < kRounds; ++result.round_count) {
+  double work = 0;
+  for (; result.round_count < kRounds && work < kMostWork; ++result.round_count) {
     if (keep_going && !keep_going()) return absl::CancelledError("stopped by its caller");
     if (!next.empty()) {
       if (working.size() + next.size() > kMostWorking) working.Thin();
       working.Take(next);
+      work += std::pow(static_cast<double>(working.size()), 3);
       if (absl::Status solved = working.Solve(); !solved.ok()) return solved;
       result.controls_mm = working.Moved();
       result.slack_mm = working.Slack();

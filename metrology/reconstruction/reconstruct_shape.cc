@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/reconstruction/check_reconstruction.h"
 #include "metrology/reconstruction/shape_proof.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
@@ -14,50 +15,17 @@ namespace {
 
 constexpr PullWeights kFixedSurface = {1, 0}, kWholeBlank = {1, 1};
 constexpr PullWeights kShape = {30, 0};  // beside the cut a slope shows
+// From the normals of one round's feet to those of the next: waves are met where they have gone.
+constexpr int kFixedRounds = 2, kWholeRounds = 3;
 constexpr double kSoftest = 1e-8, kFirmer = 0.1, kFirmest = 0.5e-12;
 constexpr double kFarFromKept = 10;  // times the slack that margins cover: no firmness takes so much away
 constexpr double kGains = 0.5;       // of the slack: less is left where firmness takes it away
 // Free of all limits, fixed surface that is missed by so much more than it may be wants a finer lattice, whatever the limits do.
 constexpr double kHopeless = 10;
-constexpr double kBetter = 0.95;  // of what was lacking: three passes after another that leave more bring no end
-
-absl::Status CheckOptions(const ReconstructionOptions& options) {
-  Refusals refusals;
-  const auto want = [&](const std::string& name, double value, double least, double most) {
-    if (!(value >= least && value <= most))
-      refusals.Add(Refuse("options." + name, value, NumberText(least) + " to " + NumberText(most)));
-  };
-  want("coverage_factor", options.coverage_factor, 0, 10);
-  want("fixed_within_mm", options.fixed_within_mm, 1e-4, 1);
-  want("step_mm", options.step_mm, 1e-4, 1);
-  want("kink_rad", options.kink_rad, 1e-5, 1);
-  want("datum_within_mm", options.datum_within_mm, 1e-4, 1);
-  want("blend_mm", options.blend_mm, 0, 50);
-  want("finest_spacing_mm", options.finest_spacing_mm, 0.1, 100);
-  want("coarsest_spacing_mm", options.coarsest_spacing_mm, options.finest_spacing_mm, 100);
-  want("reach_mm", options.reach_mm, 0.1, 50);
-  want("patch_mm", options.patch_mm, 0.05, 20);
-  want("least_seen_part", options.least_seen_part, 0, 1);
-  want("greatest_stock_mm", options.greatest_stock_mm, 0.01, 50);
-  want("threshold_mm", options.threshold_mm, 1e-5, 0.1);
-  want("margin_mm", options.margin_mm, 0, options.datum_within_mm);
-  want("stiffness_mm2", options.stiffness_mm2, 1e-8, 1e4);
-  want("decay_mm", options.decay_mm, 0.1, 1e4);
-  want("most_passes", options.most_passes, 1, 100);
-  return refusals.status();
-}
-
-absl::Status CheckBlank(const std::vector<BlankPatch>& blank) {
-  if (blank.empty()) return Refuse("blank", "no patch", "at least one");
-  for (std::size_t j = 0; j < blank.size(); ++j) {
-    const BlankPatch& patch = blank[j];
-    if (!patch.point_mm.allFinite() || !(std::abs(patch.normal.norm() - 1) < 1e-6) ||
-        !(patch.standard_uncertainty_mm >= 0 && patch.standard_uncertainty_mm < 10))
-      return Refuse("blank[" + std::to_string(j) + "]", "not finite, no unit normal, or an uncertainty out of range",
-                    "a point, a unit normal, and 0 to 10 mm");
-  }
-  return absl::OkStatus();
-}
+constexpr int kMostHalves = 3;  // of a way that misses more than where it began
+constexpr int kMostNarrowed = 4;
+constexpr double kSlightKink = 2;  // times what is allowed: more wants a finer lattice
+constexpr double kBetter = 0.95;   // of what was lacking: three passes after another that leave more bring no end
 
 const char* NameOf(LimitKind kind) {
   switch (kind) {
@@ -90,10 +58,11 @@ class Search {
     problem_.LookAt(nullptr);
     result_.regions = problem_.Findings();
     contradicts_ = !problem_.Contradictions().empty();
-    absl::StatusOr<FreeFormDeformation> begun = Slid(kFixedSurface, 1);
+    absl::StatusOr<FreeFormDeformation> begun = Slid(kFixedSurface, kFixedRounds, LookFor::kAll);
     if (!begun.ok()) return begun.status();
     begin_ = *std::move(begun);
     problem_.EvenFixed();
+    begin_look_ = problem_.look();
     std::vector<double> spacings_mm;
     for (double h = options_.coarsest_spacing_mm; h >= options_.finest_spacing_mm * (1 - 1e-9); h /= 2)
       spacings_mm.push_back(h);
@@ -103,6 +72,8 @@ class Search {
       auto level = Prepared(spacings_mm[k]);
       if (!level.ok()) return level.status();
       if (!is_last && IsHopeless(*level)) continue;
+      if (is_last && !contradicts_)
+        if (absl::Status coarse = CheckCoarseness(*level); !coarse.ok()) return coarse;
       const absl::StatusOr<bool> found = Passes(*level, is_last);
       if (!found.ok()) return found.status();
       if (*found) {
@@ -110,11 +81,10 @@ class Search {
         result_.worst_step_mm = transition.step_mm;
         result_.worst_kink_rad = transition.kink_rad;
         if (transition.kink_rad <= options_.kink_rad) return Found();
-        if (is_last)
-          return TooCoarse("the transition of region " + regions_[transition.kink_region].name + " kinks by " +
-                           Rounded(transition.kink_rad * 180 / M_PI) + " deg");
+        if (is_last) return Kinks(transition);
         continue;
       }
+      if (is_last && kinked_) return Kinks(*kinked_);
       if (is_last) return NotFound(*level);
     }
     return absl::InternalError("no lattice");
@@ -137,16 +107,18 @@ class Search {
 
   // What walls ask for that may slide along themselves, from the shape that was looked at. They say how far they have gone along their normals; how
   // far along themselves is what all of them agree with: a design's waves go with it. Looked at in the end.
-  absl::StatusOr<FreeFormDeformation> Slid(const PullWeights& weights, int rounds) {
+  absl::StatusOr<FreeFormDeformation> Slid(const PullWeights& weights, int rounds, LookFor look_for) {
     std::optional<FreeFormDeformation> found;
+    ControlDisplacements begin_mm = begin_ ? begin_->controls_mm() : ControlDisplacements();
     for (int round = 0; round < rounds; ++round) {
       const auto level = LevelOf(options_.coarsest_spacing_mm, weights);
       if (!level.ok()) return level.status();
-      auto slid =
-          FreeFormDeformation::Make(level->still.lattice(), level->system.Slid(level->pulls), level->still.covered());
+      auto slid = FreeFormDeformation::Make(
+          level->still.lattice(), level->system.Slid(level->pulls, begin_mm, options_.threads), level->still.covered());
       if (!slid.ok()) return slid.status();
       found = *std::move(slid);
-      problem_.LookAt(&*found);
+      begin_mm = found->controls_mm();
+      problem_.LookAt(&*found, look_for);
     }
     return *std::move(found);
   }
@@ -155,17 +127,18 @@ class Search {
   absl::StatusOr<bool> LacksBetween() {
     if (!guessed_) {
       guessed_ = true;
-      problem_.LookAt(&*begin_);
-      const auto blank_as = Slid(kWholeBlank, 2);
+      ShapeLook now = problem_.look();
+      problem_.TakeUp(begin_look_);
+      const auto blank_as = Slid(kWholeBlank, kWholeRounds, LookFor::kFeet);
       if (!blank_as.ok()) return blank_as.status();
       problem_.GuessBetween(*blank_as);
-      problem_.LookAt(&*deformation_);
+      problem_.TakeUp(std::move(now));
     }
     return problem_.TakeLacking(*deformation_) > 0;
   }
 
   absl::StatusOr<Level> Prepared(double spacing_mm) {
-    problem_.LookAt(&*begin_);
+    if (result_.level_count > 0) problem_.LookAt(&*begin_);
     absl::StatusOr<Level> level = LevelOf(spacing_mm, kShape);
     if (!level.ok()) return level.status();
     ++result_.level_count;
@@ -174,15 +147,18 @@ class Search {
     return level;
   }
 
-  bool IsHopeless(const Level& level) const {
+  bool IsHopeless(const Level& level) const { return FreeMiss_mm(level) > kHopeless * options_.fixed_within_mm; }
+
+  // Of fixed surface, by the shape that no limit holds.
+  double FreeMiss_mm(const Level& level) const {
     const auto limits = problem_.Limits(level.still, options_.margin_mm);
     const ControlDisplacements free_mm = level.system.Moved(Eigen::MatrixXd::Zero(level.system.size(), 3));
     const auto misses = MissesOf(level.still.lattice(), free_mm, limits, options_.threads);
+    double most_mm = 0;
     for (std::size_t i = 0; i < limits.size(); ++i)
-      if (limits[i].most_kind == LimitKind::kFixed &&
-          std::max(misses[i].least_mm, misses[i].most_mm) > kHopeless * options_.fixed_within_mm)
-        return true;
-    return false;
+      if (limits[i].most_kind == LimitKind::kFixed)
+        most_mm = std::max({most_mm, misses[i].least_mm, misses[i].most_mm});
+    return most_mm;
   }
 
   // Firmer as long as that takes the slack away: what is possible costs bounded pushes. What is not is left as it misses least; its firmest pushes are
@@ -227,7 +203,7 @@ class Search {
       if (absl::Status moved = Move(level, solved->controls_mm); !moved.ok()) return moved;
       pushes_ = held;
       // First order ended before: half of the way has more of what it promised.
-      if (pass > 0 && misses_.Most() > last_mm) {
+      for (int half = 0; half < kMostHalves && pass > 0 && misses_.Most() > last_mm; ++half) {
         const ControlDisplacements half_mm = (last_controls_mm + deformation_->controls_mm()) / 2;
         if (absl::Status moved = Move(level, half_mm); !moved.ok()) return moved;
       }
@@ -235,7 +211,8 @@ class Search {
       const double most_mm = misses_.Most();
       if (most_mm <= options_.threshold_mm) {
         const absl::StatusOr<bool> lacks = LacksBetween();
-        if (!lacks.ok() || !*lacks) return lacks.ok() ? absl::StatusOr<bool>(true) : lacks;
+        if (!lacks.ok()) return lacks;
+        if (!*lacks && IsKeptEverywhere() && !(is_last && Narrowed())) return true;
         last_mm = std::numeric_limits<double>::infinity();
         worse_count = 0;
         continue;
@@ -253,13 +230,47 @@ class Search {
     auto moved = FreeFormDeformation::Make(level.still.lattice(), std::move(controls_mm), level.still.covered());
     if (!moved.ok()) return moved.status();
     deformation_ = *std::move(moved);
-    problem_.LookAt(&*deformation_);
+    problem_.LookAt(&*deformation_, LookFor::kMissed);
     misses_ = problem_.Misses();
     return absl::OkStatus();
   }
 
+  // Of what was not looked at lately too.
+  bool IsKeptEverywhere() {
+    problem_.LookAt(&*deformation_);
+    misses_ = problem_.Misses();
+    return misses_.Most() <= options_.threshold_mm;
+  }
+
   // Slack that margins and the threshold cover.
   double Bearable_mm() const { return options_.margin_mm / 2 + options_.threshold_mm; }
+
+  // On the last lattice: where the transition kinks slightly, more is asked of it.
+  bool Narrowed() {
+    const ShapeTransition transition = problem_.Transition();
+    if (transition.kink_rad > kSlightKink * options_.kink_rad || narrowed_count_ == kMostNarrowed ||
+        !problem_.NarrowAtKinks(options_.kink_rad))
+      return false;
+    ++narrowed_count_;
+    kinked_ = transition;
+    return true;
+  }
+
+  // In bounded work, before any pass: whether the lattice can follow fixed surface at all.
+  absl::Status CheckCoarseness(const Level& level) const {
+    if (FreeMiss_mm(level) <= options_.fixed_within_mm) return absl::OkStatus();
+    const double enough_mm = Bearable_mm();
+    const auto coarse = CoarsenessOf(problem_, level.system, problem_.Limits(level.still, 0), enough_mm, options_);
+    if (!coarse.ok()) return coarse.status();
+    if (!(coarse->missed_mm > enough_mm)) return absl::OkStatus();
+    return TooCoarse("region " + regions_[coarse->place.region].name + " is missed by at least " +
+                     Rounded(1e3 * coarse->missed_mm) + " um");
+  }
+
+  absl::Status Kinks(const ShapeTransition& transition) const {
+    return TooCoarse("the transition of region " + regions_[transition.kink_region].name + " kinks by " +
+                     Rounded(transition.kink_rad * 180 / M_PI) + " deg");
+  }
 
   absl::Status TooCoarse(const std::string& what) const {
     return Refuse("options.finest_spacing_mm", Rounded(result_.spacing_mm) + " mm is too coarse: " + what,
@@ -299,7 +310,10 @@ class Search {
   }
 
   absl::StatusOr<Reconstruction> NotFound(const Level& level) {
-    if (deformation_) result_.regions = problem_.Findings();
+    if (deformation_) {
+      problem_.LookAt(&*deformation_);
+      result_.regions = problem_.Findings();
+    }
     const ShapeMisses misses = misses_;
     problem_.DropGuesses();
     problem_.LookAt(nullptr);
@@ -307,7 +321,8 @@ class Search {
     if (!result_.proof) problem_.LookAt(&*begin_);
     const std::vector<DisplacementLimit> limits = problem_.Limits(level.still, 0);
     if (!result_.proof) {
-      const absl::StatusOr<Coarseness> coarse = CoarsenessOf(problem_, level.system, limits, options_);
+      const absl::StatusOr<Coarseness> coarse =
+          CoarsenessOf(problem_, level.system, limits, std::numeric_limits<double>::infinity(), options_);
       if (!coarse.ok()) return coarse.status();
       if (coarse->missed_mm > options_.threshold_mm)
         return TooCoarse("region " + regions_[coarse->place.region].name + " is missed by " +
@@ -356,8 +371,11 @@ class Search {
   ShapeProblem problem_;
   Reconstruction result_;
   std::optional<FreeFormDeformation> begin_;        // what the fixed surface alone asks for, on the coarsest lattice
+  ShapeLook begin_look_;                            // beside it
   std::optional<FreeFormDeformation> deformation_;  // of the last pass
   std::vector<DisplacementLimit> limits_;
+  std::optional<ShapeTransition> kinked_;  // before it was asked for more
+  int narrowed_count_ = 0;
   bool guessed_ = false;      // how the blank stands between its patches
   bool contradicts_ = false;  // at single places
   LimitedLattice first_;

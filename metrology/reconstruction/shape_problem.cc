@@ -14,8 +14,9 @@ using Eigen::Vector3d;
 constexpr std::size_t kChunk = 512;
 constexpr double kDatumPull = 10;     // on a square millimetre of datum, beside 1 of fixed surface
 constexpr double kBesidePatches = 4;  // so near a machined place, the blank's fixed surface is beside the cut
+constexpr double kAnySide = -2;       // cosine
 constexpr double kUncut = 0.25;       // of the strip beside fixed surface: there the shape is the blank's own
-constexpr double kTiny_mm = 1e-5;     // off the design: too little to have a direction
+constexpr double kRim = 3;  // spacings of the design's places: so far from what is cut, fixed surface is not next to it
 
 }  // namespace
 
@@ -30,15 +31,18 @@ ShapeProblem::ShapeProblem(const DesignPlaces& design, const std::vector<BlankPa
       options_(options),
       fixed_places_(std::max(options.blend_mm, design.spacing_mm)),
       machined_places_(kBesidePatches * options.patch_mm) {
+  PlaceGrid rim(kRim * design.spacing_mm);
+  for (std::size_t i = 0; i < design_.places.size(); ++i) {
+    if (regions_[region_of_[i]].kind != RegionKind::kMachined) continue;
+    machined_places_.Add(design_.places[i].point_mm, design_.places[i].normal);
+    rim.Add(design_.places[i].point_mm, design_.places[i].normal);
+  }
   for (std::size_t i = 0; i < design_.places.size(); ++i) {
     const DesignPlace& place = design_.places[i];
-    const RegionKind kind = regions_[region_of_[i]].kind;
-    if (kind == RegionKind::kFixed) fixed_places_.Add(place.point_mm, place.normal);
-    if (kind == RegionKind::kMachined) machined_places_.Add(place.point_mm, place.normal);
+    if (regions_[region_of_[i]].kind == RegionKind::kFixed && rim.Has(place.point_mm, place.normal, kAnySide))
+      fixed_places_.Add(place.point_mm, place.normal);
   }
-  feet_.resize(blank_.size());
-  region_of_patch_.assign(blank_.size(), regions_.size());
-  about_machined_.assign(blank_.size(), false);
+  Resize();
 }
 
 ControlLattice ShapeProblem::LatticeOf(double spacing_mm) const {
@@ -76,7 +80,7 @@ std::vector<LatticePull> ShapeProblem::Pulls(const FreeFormDeformation& still, c
   std::vector<LatticePull> pulls;
   const double area_mm2 = options_.patch_mm * options_.patch_mm;
   for (std::size_t j = 0; j < measured_count_; ++j) {
-    const std::optional<SurfaceFoot>& foot = feet_[j] ? feet_[j] : first_feet_[j];
+    const std::optional<SurfaceFoot>& foot = look_.feet[j] ? look_.feet[j] : first_feet_[j];
     const double weight = Is(j, RegionKind::kMachined) ? weights.machined
                           : !Is(j, RegionKind::kFixed) ? 0
                           : about_machined_[j]         ? weights.beside
@@ -94,76 +98,6 @@ std::vector<LatticePull> ShapeProblem::Pulls(const FreeFormDeformation& still, c
   return pulls;
 }
 
-ShapeProblem::Band ShapeProblem::BandOf(const Vector3d& place_mm, const Vector3d& normal, std::uint32_t triangle,
-                                        const Vector3d& displacement_mm) const {
-  Band band{normal, displacement_mm, normal.dot(displacement_mm)};
-  if (displacement_mm.squaredNorm() == 0) return band;
-  const Vector3d moved_mm = place_mm + displacement_mm;
-  const SurfacePoint found = design_.surface->Closest(moved_mm, triangle);
-  // Nearer to another wall than to its own: then the way along its own normal counts.
-  if (!IsSameWall(found.normal, normal)) return band;
-  band.off_mm = found.signed_distance_mm;
-  if (found.feature == SurfaceFeature::kFace)
-    band.direction = found.normal;
-  else if (std::abs(band.off_mm) > kTiny_mm)
-    band.direction = (moved_mm - found.point_mm) / band.off_mm;
-  return band;
-}
-
-void ShapeProblem::LookAt(const FreeFormDeformation* deformation) {
-  const auto displacement = [&](const Vector3d& place_mm) -> Vector3d {
-    if (deformation == nullptr) return Vector3d::Zero();
-    return deformation->DisplacementAt(place_mm).value_or(Vector3d::Zero());
-  };
-  if (deformation == nullptr) {
-    feet_.assign(blank_.size(), std::nullopt);
-    region_of_patch_.assign(blank_.size(), regions_.size());
-  }
-  bands_.resize(design_.places.size());
-  ForEachChunk(bands_.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const DesignPlace& place = design_.places[i];
-      bands_[i] = BandOf(place.point_mm, place.normal, place.triangle, displacement(place.point_mm));
-    }
-  });
-  patch_bands_.resize(blank_.size());
-  ForEachChunk(blank_.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t j = begin; j < end; ++j) {
-      const BlankPatch& patch = blank_[j];
-      feet_[j] = FootOf(*design_.surface, deformation, patch.point_mm, patch.normal, options_.greatest_stock_mm,
-                        feet_[j] ? &*feet_[j] : nullptr);
-      if (!feet_[j]) continue;
-      patch_bands_[j] =
-          BandOf(feet_[j]->place_mm, feet_[j]->design_normal, feet_[j]->triangle, feet_[j]->displacement_mm);
-    }
-  });
-  for (std::size_t j = 0; j < blank_.size(); ++j) {
-    if (!feet_[j]) continue;
-    // What was fixed stays it; a machined patch may slide along.
-    if (Is(j, RegionKind::kFixed)) continue;
-    region_of_patch_[j] = RegionAt(regions_, feet_[j]->place_mm, feet_[j]->design_normal);
-    if (Is(j, RegionKind::kFixed) && deformation != nullptr) region_of_patch_[j] = regions_.size();
-  }
-  if (deformation == nullptr) {
-    first_feet_ = feet_;
-    for (std::size_t j = 0; j < blank_.size(); ++j)
-      about_machined_[j] =
-          Is(j, RegionKind::kFixed) && machined_places_.Has(feet_[j]->place_mm, feet_[j]->design_normal, 0);
-  }
-  PutWanted();
-}
-
-void ShapeProblem::PutWanted() {
-  wanted_mm_.assign(blank_.size(), 0);
-  cut_part_.assign(blank_.size(), 1);
-  for (std::size_t j = 0; j < blank_.size(); ++j) {
-    if (!feet_[j] || !Is(j, RegionKind::kMachined)) continue;
-    const Wanted wanted = WantedAt(*feet_[j], regions_[region_of_patch_[j]], blank_[j].standard_uncertainty_mm);
-    cut_part_[j] = wanted.cut_part;
-    wanted_mm_[j] = wanted.wanted_mm;
-  }
-}
-
 ShapeProblem::Wanted ShapeProblem::WantedAt(const SurfaceFoot& foot, const ShapeRegion& region,
                                             double standard_uncertainty_mm) const {
   double cut_part = 1;
@@ -179,7 +113,7 @@ ShapeProblem::Wanted ShapeProblem::WantedAt(const SurfaceFoot& foot, const Shape
 std::vector<DisplacementLimit> ShapeProblem::Limits(const FreeFormDeformation& still, double margin_mm) const {
   std::vector<DisplacementLimit> limits(design_.places.size() + 2 * blank_.size());
   const LatticeWeights anywhere = *still.WeightsAt(design_.places[0].point_mm);
-  const auto band_limit = [&](const Band& band, const ShapeRegion& region, DisplacementLimit* limit) {
+  const auto band_limit = [&](const DisplacedPlace& band, const ShapeRegion& region, DisplacementLimit* limit) {
     limit->direction = band.direction;
     const double now_mm = band.direction.dot(band.displacement_mm) - band.off_mm;
     if (region.kind == RegionKind::kDatum) {
@@ -194,7 +128,7 @@ std::vector<DisplacementLimit> ShapeProblem::Limits(const FreeFormDeformation& s
   ForEachChunk(design_.places.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       limits[i].at = still.WeightsAt(design_.places[i].point_mm).value_or(anywhere);
-      band_limit(bands_[i], regions_[region_of_[i]], &limits[i]);
+      band_limit(look_.bands[i], regions_[region_of_[i]], &limits[i]);
     }
   });
   for (std::size_t j = 0; j < blank_.size(); ++j) {
@@ -202,18 +136,18 @@ std::vector<DisplacementLimit> ShapeProblem::Limits(const FreeFormDeformation& s
     DisplacementLimit& band = limits[BandLimit(j)];
     own.at = band.at = anywhere;
     const bool is_fixed = Is(j, RegionKind::kFixed);
-    const std::optional<SurfaceFoot>& foot = feet_[j] || !is_fixed ? feet_[j] : first_feet_[j];
-    if (!foot || region_of_patch_[j] == regions_.size()) continue;
+    const std::optional<SurfaceFoot>& foot = look_.feet[j] || !is_fixed ? look_.feet[j] : first_feet_[j];
+    if (!foot || look_.region_of_patch[j] == regions_.size()) continue;
     const auto at = still.WeightsAt(foot->place_mm);
     if (!at) continue;
     own.at = band.at = *at;
     own.direction = foot->normal;
-    const ShapeRegion& region = regions_[region_of_patch_[j]];
+    const ShapeRegion& region = regions_[look_.region_of_patch[j]];
     // Along the shape's own normal there, so that one that slides along the wall meets its waves as they are.
     const double whole_mm = foot->distance_mm + foot->normal.dot(foot->displacement_mm);
     if (is_fixed) {
       own.least_kind = own.most_kind = LimitKind::kFixed;
-      const double tube_mm = margin_mm > 0 ? Tube_mm(j) - margin_mm / 2 : DoubtedTube_mm(j);
+      const double tube_mm = margin_mm > 0 ? Tube_mm(j) - std::min(margin_mm / 2, Tube_mm(j) / 4) : DoubtedTube_mm(j);
       own.least_mm = whole_mm - tube_mm;
       own.most_mm = whole_mm + tube_mm;
       band.direction = foot->design_normal;
@@ -221,8 +155,8 @@ std::vector<DisplacementLimit> ShapeProblem::Limits(const FreeFormDeformation& s
       band.most_mm = region.upper_mm - margin_mm;
     } else if (region.kind == RegionKind::kMachined) {
       own.most_kind = LimitKind::kStock;
-      own.most_mm = whole_mm - wanted_mm_[j] - cut_part_[j] * margin_mm;
-      band_limit(patch_bands_[j], region, &band);
+      own.most_mm = whole_mm - look_.wanted_mm[j] - look_.cut_part[j] * margin_mm;
+      band_limit(look_.patch_bands[j], region, &band);
     }
   }
   return limits;
@@ -236,24 +170,24 @@ ShapeMisses ShapeProblem::Misses() const {
     misses.missed_mm[k] = missed_mm;
     misses.region[k] = region;
   };
-  for (std::size_t i = 0; i < bands_.size(); ++i) {
+  for (std::size_t i = 0; i < look_.bands.size(); ++i) {
     const ShapeRegion& region = regions_[region_of_[i]];
-    const double off_mm = bands_[i].off_mm;
+    const double off_mm = look_.bands[i].off_mm;
     if (region.kind == RegionKind::kDatum)
       take(LimitKind::kDatum, std::abs(off_mm) - options_.datum_within_mm, region_of_[i]);
     else
       take(LimitKind::kTolerance, std::max(region.lower_mm - off_mm, off_mm - region.upper_mm), region_of_[i]);
   }
   for (std::size_t j = 0; j < blank_.size(); ++j) {
-    if (!feet_[j]) {
-      misses.lost_count += region_of_patch_[j] == regions_.size() || Is(j, RegionKind::kMachined);
+    if (!look_.feet[j]) {
+      misses.lost_count += look_.region_of_patch[j] == regions_.size() || Is(j, RegionKind::kMachined);
       continue;
     }
-    const double distance_mm = feet_[j]->distance_mm;
+    const double distance_mm = look_.feet[j]->distance_mm;
     if (Is(j, RegionKind::kFixed))
-      take(LimitKind::kFixed, std::abs(distance_mm) - Tube_mm(j), region_of_patch_[j]);
+      take(LimitKind::kFixed, std::abs(distance_mm) - Tube_mm(j), look_.region_of_patch[j]);
     else if (Is(j, RegionKind::kMachined))
-      take(LimitKind::kStock, wanted_mm_[j] - distance_mm, region_of_patch_[j]);
+      take(LimitKind::kStock, look_.wanted_mm[j] - distance_mm, look_.region_of_patch[j]);
   }
   return misses;
 }

@@ -30,6 +30,27 @@ struct ShapeTransition {
   std::size_t kink_region = 0;
 };
 
+// A place of the design as it is displaced: how far it is off the design, and along which direction it goes off.
+struct DisplacedPlace {
+  Eigen::Vector3d direction, displacement_mm;
+  double off_mm = 0;
+};
+
+// What was measured beside a deformation, when each was looked at last.
+struct ShapeLook {
+  std::vector<DisplacedPlace> bands, patch_bands;  // of the design's places; of the feet of machined patches
+  std::vector<std::optional<SurfaceFoot>> feet;
+  // Of each machined patch: stock, and how much of what is asked is asked so near to fixed surface.
+  std::vector<double> wanted_mm, cut_part;
+  std::vector<std::size_t> region_of_patch;  // as many as there are: unknown yet
+};
+
+enum class LookFor {
+  kAll,     // whatever has moved
+  kFeet,    // of patches alone
+  kMissed,  // what may be missed now, by how much there was to spare and how far it has moved
+};
+
 class ShapeProblem {
  public:
   ShapeProblem(const DesignPlaces& design, const std::vector<BlankPatch>& blank,
@@ -42,8 +63,11 @@ class ShapeProblem {
 
   // What the displacement of fixed patches and datums is to be: about what was looked at, whatever lies along a patch's wall is left to it.
   std::vector<LatticePull> Pulls(const FreeFormDeformation& still, const PullWeights& weights) const;
-  // Measures everything beside the deformation; null: the design itself.
-  void LookAt(const FreeFormDeformation* deformation);
+  // Measures beside the deformation what is asked for; null: all, beside the design itself.
+  void LookAt(const FreeFormDeformation* deformation, LookFor look_for = LookFor::kAll);
+  // What was seen, to be taken up again where no patch has come or gone since.
+  const ShapeLook& look() const { return look_; }
+  void TakeUp(ShapeLook look) { look_ = std::move(look); }
   // Limits of the displacement in the lattice, to first order about what was looked at, narrowed by a margin; without one, what noise may explain
   // widens those of fixed walls. In the same order always: of each place its band, then of each patch what its stock or its following asks, then
   // its band.
@@ -68,6 +92,8 @@ class ShapeProblem {
   std::vector<RegionFinding> Findings() const;
   // Of the fixed surface beside the shape, about machined regions.
   ShapeTransition Transition() const;
+  // Where the transition kinks by more, the shape is asked to be nearer to the fixed surface than it is; whether it kinks anywhere.
+  bool NarrowAtKinks(double most_rad);
 
   std::size_t BandLimit(std::size_t patch) const { return design_.places.size() + 2 * patch + 1; }
   std::size_t PatchLimit(std::size_t patch) const { return design_.places.size() + 2 * patch; }
@@ -75,14 +101,21 @@ class ShapeProblem {
   double GreatestBand_mm() const;
 
  private:
-  // A place of the design as it is displaced: how far it is off the design, and along which direction it goes off.
-  struct Band {
-    Eigen::Vector3d direction, displacement_mm;
-    double off_mm = 0;
+  DisplacedPlace BandOf(const Eigen::Vector3d& place_mm, const Eigen::Vector3d& normal, std::uint32_t triangle,
+                        const Eigen::Vector3d& displacement_mm) const;
+  // Whether what was measured there may no more be trusted, a place having moved so far since.
+  bool IsBandDue(std::size_t place, double moved_mm, LookFor look_for) const;
+  bool IsPatchDue(std::size_t patch, double moved_mm, LookFor look_for) const;
+  // Fixed patches with the places of their feet, for what is about one.
+  struct FixedFeet {
+    PlaceGrid grid;
+    std::vector<std::size_t> patch_of;
   };
-  Band BandOf(const Eigen::Vector3d& place_mm, const Eigen::Vector3d& normal, std::uint32_t triangle,
-              const Eigen::Vector3d& displacement_mm) const;
-  void PutWanted();
+  FixedFeet FeetOfFixed() const;
+  // Slope of what is left about a patch; unset where too few are about it, or a line of them.
+  std::optional<double> SlopeAt(std::size_t patch, const FixedFeet& fixed) const;
+  void Resize();  // what is kept of each patch, to as many as there are
+  void LookAtPatch(std::size_t patch, const FreeFormDeformation* deformation, const SurfaceFoot* near);
   // Of a machined place: how much of what is asked is asked so near to fixed surface, and what stock that is.
   struct Wanted {
     double cut_part, wanted_mm;
@@ -90,13 +123,15 @@ class ShapeProblem {
   Wanted WantedAt(const SurfaceFoot& foot, const ShapeRegion& region, double standard_uncertainty_mm) const;
   // How far the shape may be off a fixed patch; where what noise may explain is no contradiction, beyond that.
   double Tube_mm(std::size_t patch) const {
-    return about_machined_[patch] ? std::min(options_.step_mm, options_.fixed_within_mm) : options_.fixed_within_mm;
+    const double tube_mm =
+        about_machined_[patch] ? std::min(options_.step_mm, options_.fixed_within_mm) : options_.fixed_within_mm;
+    return patch < narrowed_mm_.size() ? std::min(tube_mm, narrowed_mm_[patch]) : tube_mm;
   }
   double DoubtedTube_mm(std::size_t patch) const {
     return Tube_mm(patch) + options_.coverage_factor * blank_[patch].standard_uncertainty_mm;
   }
   bool Is(std::size_t patch, RegionKind kind) const {
-    return region_of_patch_[patch] < regions_.size() && regions_[region_of_patch_[patch]].kind == kind;
+    return look_.region_of_patch[patch] < regions_.size() && regions_[look_.region_of_patch[patch]].kind == kind;
   }
 
   const DesignPlaces& design_;
@@ -105,25 +140,19 @@ class ShapeProblem {
   // Of the blank between its patches, with the place of the design that was carried there.
   struct Guess {
     BlankPatch patch;
-    Eigen::Vector3d place_mm;
-    std::uint32_t triangle;
-    Eigen::Vector3d displacement_mm;  // of the place, when it was looked at last
-    double spare_mm;                  // then
+    SurfaceFoot near;  // that place, displaced as when it was looked at last
+    double spare_mm;   // then, at least
   };
   std::vector<Guess> between_;  // not taken yet
   const std::vector<ShapeRegion>& regions_;
   const std::vector<std::uint8_t> region_of_;
   const ReconstructionOptions& options_;
   PlaceGrid fixed_places_, machined_places_;
-  // As last looked at.
-  std::vector<Band> bands_, patch_bands_;
-  std::vector<std::optional<SurfaceFoot>> feet_;
-  std::vector<double> wanted_mm_,
-      cut_part_;  // of each machined patch: stock, and how much of what is asked is asked so near to fixed surface
+  ShapeLook look_;
   // As first looked at, without deformation.
   std::vector<std::optional<SurfaceFoot>> first_feet_;
-  std::vector<std::size_t> region_of_patch_;  // regions_.size(): unknown yet
-  std::vector<bool> about_machined_;          // fixed patches
+  std::vector<bool> about_machined_;  // fixed patches
+  std::vector<double> narrowed_mm_;   // how far the shape may be off them, where it kinked; empty: nowhere
 };
 
 }  // namespace sixpoint::metrology

@@ -65,14 +65,17 @@ std::optional<ShapeProof> ProveOnLattice(const ShapeProblem& problem, const Free
 }
 
 absl::StatusOr<Coarseness> CoarsenessOf(const ShapeProblem& problem, const LatticeSystem& system,
-                                        std::vector<DisplacementLimit> limits, const ReconstructionOptions& options) {
+                                        std::vector<DisplacementLimit> limits, double enough_mm,
+                                        const ReconstructionOptions& options) {
   const double infinity = std::numeric_limits<double>::infinity();
   const auto is_asked = [](LimitKind kind) { return kind == LimitKind::kFixed || kind == LimitKind::kDatum; };
   for (DisplacementLimit& limit : limits) {
     if (!is_asked(limit.least_kind)) limit.least_mm = -infinity;
     if (!is_asked(limit.most_kind)) limit.most_mm = infinity;
   }
-  const auto solved = SolveLimited(system, limits, SlackRule(), {}, options.threads, options.keep_going);
+  SlackRule rule;
+  rule.enough_mm = enough_mm;
+  const auto solved = SolveLimited(system, limits, rule, {}, options.threads, options.keep_going);
   if (!solved.ok()) return solved.status();
   Coarseness found;
   found.missed_mm = solved->slack_mm[0];

@@ -13,13 +13,15 @@ std::optional<ShapeProof> ProveOnLattice(const ShapeProblem& problem, const Free
                                          const std::vector<DisplacementLimit>& limits,
                                          const std::vector<LimitPush>& pushes);
 
-// By how much fixed surface and datums are missed where nothing else is asked, and where most: above 0, the lattice is too coarse for them.
+// By how much fixed surface and datums are missed where nothing else is asked, and where most: above 0, the lattice is too coarse for them. At least:
+// beyond enough_mm nothing more is found out.
 struct Coarseness {
   double missed_mm = 0;
   HoldingPlace place;
 };
 absl::StatusOr<Coarseness> CoarsenessOf(const ShapeProblem& problem, const LatticeSystem& system,
-                                        std::vector<DisplacementLimit> limits, const ReconstructionOptions& options);
+                                        std::vector<DisplacementLimit> limits, double enough_mm,
+                                        const ReconstructionOptions& options);
 
 // The uniform slack of one kind of limits that would cure it, the others kept; unset: none does. known_mm: that at least is known to be lacking.
 absl::StatusOr<std::optional<LeastRelaxation>> Relax(const LatticeSystem& system,

@@ -10,7 +10,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr int kSteps = 12;
-constexpr double kRested_mm = 1e-7;
+constexpr double kRested_mm = 1e-5;  // along the surface: the distance is off by the square of it, over a radius
 constexpr double kSearchStep_mm = 0.25;
 
 // The foot next to a place of the design: each step takes the point back into the design, as the deformation is about the last foot.
@@ -56,6 +56,14 @@ std::optional<SurfaceFoot> FootOf(const Surface& surface, const FreeFormDeformat
   const auto from = [&](double along_mm) {
     return Next(surface, deformation, point_mm, surface.Closest(point_mm - moved_mm + along_mm * outward, hint));
   };
+  if (deformation != nullptr && near != nullptr) {
+    SurfacePoint on;
+    on.point_mm = near->place_mm;
+    on.normal = near->design_normal;
+    on.triangle = near->triangle;
+    on.feature = near->feature;
+    if (auto foot = Next(surface, deformation, point_mm, on); good(foot)) return foot;
+  }
   if (auto foot = from(0); good(foot)) return foot;
   for (double along_mm = kSearchStep_mm; along_mm <= farthest_mm; along_mm += kSearchStep_mm)
     for (const double sign : {1.0, -1.0})

@@ -27,7 +27,8 @@ struct SurfaceFoot {
 };
 
 // deformation: null for none. outward: how the surface looks there; a foot that looks elsewhere is of another wall, and the one that looks alike
-// is searched along the direction. Unset: none within farthest_mm, or outside the lattice. hint: as Surface::Closest.
+// is searched along the direction. Unset: none within farthest_mm, or outside the lattice. near: where the search begins, of a deformation; of none,
+// a triangle thought near, as Surface::Closest's hint.
 std::optional<SurfaceFoot> FootOf(const Surface& surface, const FreeFormDeformation* deformation,
                                   const Eigen::Vector3d& point_mm, const Eigen::Vector3d& outward, double farthest_mm,
                                   const SurfaceFoot* near = nullptr);

@@ -143,7 +143,7 @@ TEST(LatticeSystem, SlidesAlongItsWallsAsTheWholeMatrixSays) {
       dense.right += pull.weight * along.dot(pull.wanted_mm) * row;
     }
   const VectorXd wanted = dense.matrix.ldlt().solve(dense.right);
-  const ControlDisplacements slid_mm = system.Slid(pulls);
+  const ControlDisplacements slid_mm = system.Slid(pulls, {}, 2);
   const Eigen::Map<const VectorXd> found(slid_mm.data(), wanted.size());
   const VectorXd off = found - wanted;
   // Of the energy that there is to gain, a millionth is left at most: so far the gradients are followed.
