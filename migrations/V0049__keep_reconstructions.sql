@@ -63,7 +63,7 @@ CREATE TABLE reconstructions (
     AND finest_spacing_mm <= coarsest_spacing_mm AND coarsest_spacing_mm <= 100 AND blend_mm BETWEEN 0.1 AND 50
     AND coverage_factor BETWEEN 1 AND 10),
   CONSTRAINT reconstructions_outcome_known CHECK (outcome IN ('RECONSTRUCTED', 'INFEASIBLE', 'NOT_DETERMINED')),
-  CONSTRAINT reconstructions_reasoned CHECK ((outcome = 'RECONSTRUCTED') = (remark = '') AND octet_length(remark) <= 1000),
+  CONSTRAINT reconstructions_reasoned CHECK ((outcome = 'RECONSTRUCTED' OR remark <> '') AND octet_length(remark) <= 1000),
   CONSTRAINT reconstructions_shape_or_none CHECK (num_nulls(lattice_sha256, worst_step_um, worst_kink_deg)
     = CASE WHEN outcome = 'RECONSTRUCTED' THEN 0 ELSE 3 END),
   CONSTRAINT reconstructions_transition CHECK (worst_step_um >= 0 AND worst_step_um < 1e6 AND worst_kink_deg >= 0 AND worst_kink_deg <= 180),
@@ -264,7 +264,7 @@ COMMENT ON COLUMN read_v1.reconstructions.machine_revision IS 'The revision that
 COMMENT ON COLUMN read_v1.reconstructions.record_sequence IS 'Its place in the order of all that the plant recorded.';
 COMMENT ON COLUMN read_v1.reconstructions.recorded_at IS 'When, by the database''s clock.';
 COMMENT ON COLUMN read_v1.reconstructions.outcome IS 'RECONSTRUCTED, INFEASIBLE (proven) or NOT_DETERMINED.';
-COMMENT ON COLUMN read_v1.reconstructions.remark IS 'Why it is not RECONSTRUCTED; else empty.';
+COMMENT ON COLUMN read_v1.reconstructions.remark IS 'Why it is not RECONSTRUCTED, or what is doubtful of the shape; else empty.';
 COMMENT ON COLUMN read_v1.reconstructions.of_part_limits IS 'The regions'' limits are the part''s own; else it was a try.';
 COMMENT ON COLUMN read_v1.reconstructions.worst_step_um IS 'Micrometres between the shape and the fixed surface about machined regions; NULL: no shape.';
 COMMENT ON COLUMN read_v1.reconstructions.worst_kink_deg IS 'Degrees, as worst_step_um.';

@@ -69,7 +69,7 @@ struct ReconstructionRow {
   std::string method;  // of the registration
   bool of_part_limits = false;
   ReconstructionMethodRow applied;
-  std::string outcome, remark;                          // remark: empty exactly of RECONSTRUCTED
+  std::string outcome, remark;                          // remark: empty of RECONSTRUCTED alone
   std::optional<double> worst_step_um, worst_kink_deg;  // of RECONSTRUCTED
   std::int64_t taken_count = 0, far_off_count = 0, shapeless_count = 0;
   int patch_count = 0;

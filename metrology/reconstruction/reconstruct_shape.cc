@@ -7,6 +7,7 @@
 
 #include "metrology/reconstruction/check_reconstruction.h"
 #include "metrology/reconstruction/shape_proof.h"
+#include "metrology/reconstruction/shape_words.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
@@ -16,7 +17,7 @@ namespace {
 constexpr PullWeights kFixedSurface = {1, 0}, kWholeBlank = {1, 1};
 constexpr PullWeights kShape = {30, 0};  // beside the cut a slope shows
 // From the normals of one round's feet to those of the next: waves are met where they have gone.
-constexpr int kFixedRounds = 2, kWholeRounds = 3;
+constexpr int kFixedRounds = 2, kWholeRounds = 4;
 constexpr double kSoftest = 1e-8, kFirmer = 0.1, kFirmest = 0.5e-12;
 constexpr double kFarFromKept = 10;  // times the slack that margins cover: no firmness takes so much away
 constexpr double kGains = 0.5;       // of the slack: less is left where firmness takes it away
@@ -26,20 +27,6 @@ constexpr int kMostHalves = 3;  // of a way that misses more than where it began
 constexpr int kMostNarrowed = 4;
 constexpr double kSlightKink = 2;  // times what is allowed: more wants a finer lattice
 constexpr double kBetter = 0.95;   // of what was lacking: three passes after another that leave more bring no end
-
-const char* NameOf(LimitKind kind) {
-  switch (kind) {
-    case LimitKind::kStock:
-      return "stock";
-    case LimitKind::kTolerance:
-      return "tolerance";
-    case LimitKind::kFixed:
-      return "following";
-    case LimitKind::kDatum:
-      return "datum";
-  }
-  return "";
-}
 
 // One lattice with what it is asked.
 struct Level {
@@ -84,6 +71,7 @@ class Search {
         if (is_last) return Kinks(transition);
         continue;
       }
+      if (is_last && KeepsWhatWasMeasured()) return Found();
       if (is_last && kinked_) return Kinks(*kinked_);
       if (is_last) return NotFound(*level);
     }
@@ -212,6 +200,8 @@ class Search {
       if (most_mm <= options_.threshold_mm) {
         const absl::StatusOr<bool> lacks = LacksBetween();
         if (!lacks.ok()) return lacks;
+        if (*lacks && !measured_)
+          measured_ = Kept{*deformation_, limits_, pushes_, result_.spacing_mm, result_.control_count};
         if (!*lacks && IsKeptEverywhere() && !(is_last && Narrowed())) return true;
         last_mm = std::numeric_limits<double>::infinity();
         worse_count = 0;
@@ -277,15 +267,22 @@ class Search {
                   "a finer lattice");
   }
 
-  // Which regions were seen too little to say anything.
-  std::string Unseen() const {
-    std::string unseen;
-    for (std::size_t r = 0; r < regions_.size(); ++r) {
-      if (regions_[r].kind == RegionKind::kDatum || result_.regions[r].seen_part >= options_.least_seen_part) continue;
-      unseen +=
-          (unseen.empty() ? "" : ", ") + Rounded(100 * result_.regions[r].seen_part) + " % of " + regions_[r].name;
-    }
-    return unseen;
+  // Whether a shape that was found keeps all that was measured, though not what was guessed between the patches: a guess forbids no shape, but is told.
+  bool KeepsWhatWasMeasured() {
+    if (!measured_) return false;
+    problem_.DropGuesses();
+    problem_.LookAt(&measured_->deformation);
+    const ShapeTransition transition = problem_.Transition();
+    if (problem_.Misses().Most() > options_.threshold_mm || transition.kink_rad > options_.kink_rad) return false;
+    deformation_ = std::move(measured_->deformation);
+    limits_ = std::move(measured_->limits);
+    pushes_ = std::move(measured_->pushes);
+    result_.spacing_mm = measured_->spacing_mm;
+    result_.control_count = measured_->control_count;
+    result_.worst_step_mm = transition.step_mm;
+    result_.worst_kink_rad = transition.kink_rad;
+    result_.remark = "all that was measured is kept; between its patches the blank may lack stock";
+    return true;
   }
 
   absl::StatusOr<Reconstruction> Found() {
@@ -298,10 +295,10 @@ class Search {
     }
     std::stable_sort(result_.holding.begin(), result_.holding.end(),
                      [](const HoldingPlace& one, const HoldingPlace& other) { return one.share > other.share; });
-    if (const std::string unseen = Unseen(); !unseen.empty()) {
+    const std::string unseen = UnseenText(regions_, result_.regions, options_.least_seen_part);
+    if (!unseen.empty()) {
       result_.outcome = ShapeOutcome::kNotDetermined;
-      result_.remark = "nothing is known of stock that was not seen: seen " + unseen + ", want at least " +
-                       Rounded(100 * options_.least_seen_part) + " % of each machined or fixed region";
+      result_.remark = unseen;
       return result_;
     }
     result_.outcome = ShapeOutcome::kReconstructed;
@@ -346,12 +343,7 @@ class Search {
                            : "no shape of this lattice is contained within tolerance; a finer one may have one";
       return result_;
     }
-    std::size_t kind = 0;
-    for (std::size_t k = 1; k < kLimitKinds; ++k)
-      if (misses.missed_mm[k] > misses.missed_mm[kind]) kind = k;
-    const std::string what = std::string(NameOf(static_cast<LimitKind>(kind))) + " of region " +
-                             regions_[misses.region[kind]].name + " is missed by " +
-                             Rounded(1e3 * misses.missed_mm[kind]) + " um";
+    const std::string what = MissedText(regions_, misses);
     // Where no place contradicts itself, cells that are small enough have a shape.
     if (first_.slack_mm[0] > Bearable_mm()) return TooCoarse(what);
     result_.outcome = ShapeOutcome::kNotDetermined;
@@ -374,6 +366,14 @@ class Search {
   ShapeLook begin_look_;                            // beside it
   std::optional<FreeFormDeformation> deformation_;  // of the last pass
   std::vector<DisplacementLimit> limits_;
+  struct Kept {
+    FreeFormDeformation deformation;
+    std::vector<DisplacementLimit> limits;
+    std::vector<LimitPush> pushes;
+    double spacing_mm;
+    std::size_t control_count;
+  };
+  std::optional<Kept> measured_;           // by what was measured alone
   std::optional<ShapeTransition> kinked_;  // before it was asked for more
   int narrowed_count_ = 0;
   bool guessed_ = false;      // how the blank stands between its patches

@@ -90,7 +90,7 @@ enum class ShapeOutcome : std::uint8_t {
 
 struct Reconstruction {
   ShapeOutcome outcome = ShapeOutcome::kNotDetermined;
-  std::string remark;
+  std::string remark;  // of kReconstructed: that what was guessed between the patches could not be kept
   std::optional<FreeFormDeformation> deformation;  // of kReconstructed alone
   std::vector<RegionFinding> regions;  // as they were given; of the shape that was found, or the one that misses least
   std::vector<HoldingPlace> holding;   // of kReconstructed, by falling share
