@@ -281,5 +281,26 @@ TEST(ReconstructShape, RefusesALatticeThatIsTooCoarse) {
                                ::testing::HasSubstr(" deg")));
 }
 
+// Waves of 12.6 mm: said before any pass, by one programme. Each of its rounds asks whether to go on and minds 64 limits more; a full set of 1500 is
+// never reached.
+TEST(ReconstructShape, ALatticeThatCannotFollowIsRefusedInBoundedWork) {
+  auto options = Options();
+  options.finest_spacing_mm = 8;
+  options.fixed_within_mm = options.step_mm = 1e-3;
+  int rounds = 0;
+  options.keep_going = [&] {
+    ++rounds;
+    return true;
+  };
+  const auto wavy = [](const Vector3d& x, const Vector3d& normal) -> Vector3d {
+    return x + 0.1 * Ramp((x.z() + 19) / 12) * std::sin(x.z() / 2) * std::cos(x.x() / 2) * normal;
+  };
+  EXPECT_THAT(Refused(Patches(wavy), Regions(), options),
+              ::testing::AllOf(::testing::StartsWith("options.finest_spacing_mm: 8 mm is too coarse"),
+                               ::testing::HasSubstr("region body is missed by at least"), ::testing::HasSubstr(" um")));
+  EXPECT_GT(rounds, 0);
+  EXPECT_LT(rounds, 1500 / 64);
+}
+
 }  // namespace
 }  // namespace sixpoint::metrology
