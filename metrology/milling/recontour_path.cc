@@ -21,6 +21,7 @@ constexpr int kParts =
     3;  // of each stretch between two nodes: so that a chord of the path lies within a micrometre of it
 constexpr double kHollowReserve = 0.9;  // of the hollow side's radius of curvature, that a mill may have
 constexpr double kHollowStretch_mm = 1.5;
+constexpr double kMostLayers = 100;
 constexpr double kGuardSpacing_mm = 0.1;  // in height: a ball of 3 mm goes 0.4 um deeper between two
 constexpr double kTargetTolerance_mm =
     2e-4;  // into the target: less than this rounding and chords make of a ball that touches it
@@ -51,6 +52,24 @@ absl::Status Check(const std::vector<TargetSection>& target, const PathOptions& 
     const double step_mm = target[k].z_mm - target[k - 1].z_mm;
     if (!(step_mm > 0 && step_mm < 2 * options.mill.radius_mm))
       refusals.Add(Refuse(name + ".z_mm", target[k].z_mm, "above the one before, by less than the mill's diameter"));
+  }
+  return refusals.status();
+}
+
+absl::Status CheckStockAndGuard(double stock_mm, const GuardedSurface& guard, const PathOptions& options) {
+  Refusals refusals;
+  if (!(stock_mm >= 0 && stock_mm <= 100)) return Refuse("stock_mm", stock_mm, "0 to 100");
+  if (!(stock_mm <= kMostLayers * options.depth_of_cut_mm))
+    refusals.Add(Refuse("depth_of_cut_mm", options.depth_of_cut_mm,
+                        "at least " + Rounded(stock_mm / kMostLayers) + ": no more than 100 layers"));
+  if (guard.margin_mm.size() != guard.points_mm.size())
+    return Refuse("guard.margin_mm", std::to_string(guard.margin_mm.size()) + " margins",
+                  std::to_string(guard.points_mm.size()) + ", one for each point");
+  for (std::size_t q = 0; q < guard.points_mm.size(); ++q) {
+    const std::string at = "[" + std::to_string(q) + "]";
+    if (!guard.points_mm[q].allFinite()) refusals.Add(Refuse("guard.points_mm" + at, "not finite", "finite"));
+    if (!(guard.margin_mm[q] >= 0 && guard.margin_mm[q] <= options.mill.radius_mm))
+      refusals.Add(Refuse("guard.margin_mm" + at, guard.margin_mm[q], "0 to the mill's radius"));
   }
   return refusals.status();
 }
@@ -129,11 +148,11 @@ double LeastHollow_mm(const std::vector<TargetSection>& target) {
   return least_mm;
 }
 
-// How far along its normal a ball must go so that no guarded point lies nearer to its centre than radius and margin.
+// How far along its normal a ball must go so that no guarded point that it reaches into lies nearer to its centre than radius and margin.
 double LiftOf(const PointCells& cells, const GuardedSurface& guard, const Vector3d& centre_mm, const Vector3d& normal,
-              double radius_mm) {
+              double radius_mm, double greatest_margin_mm) {
   double lift_mm = 0;
-  cells.Near(centre_mm, radius_mm + 0.1, [&](std::size_t q) {
+  cells.Near(centre_mm, radius_mm + greatest_margin_mm, [&](std::size_t q) {
     const double keep_mm = radius_mm + guard.margin_mm[q];
     const Vector3d off = guard.points_mm[q] - centre_mm;
     if (off.squaredNorm() >= keep_mm * keep_mm) return;
@@ -141,6 +160,19 @@ double LiftOf(const PointCells& cells, const GuardedSurface& guard, const Vector
     lift_mm = std::max(lift_mm, along + std::sqrt(std::max(0.0, keep_mm * keep_mm - across2)));
   });
   return lift_mm;
+}
+
+// Along its normal, until it reaches into nothing guarded: where it was lifted to it may reach into something else.
+void Lift(const PointCells& cells, const GuardedSurface& guard, double radius_mm, double greatest_margin_mm,
+          ToolPlace* place) {
+  constexpr int kMostTurns = 50;
+  constexpr double kSettled_mm = 1e-9;
+  for (int turn = 0; turn < kMostTurns; ++turn) {
+    const double lift_mm = LiftOf(cells, guard, place->centre_mm, place->normal, radius_mm, greatest_margin_mm);
+    if (lift_mm <= kSettled_mm) return;
+    place->lifted_mm += lift_mm;
+    place->centre_mm += lift_mm * place->normal;
+  }
 }
 
 RecontourPass PassOf(const std::vector<ContourPlace>& contour, const std::vector<Vector3d>& normals, double z_mm,
@@ -230,7 +262,7 @@ absl::StatusOr<RecontourPath> PlanPath(const std::vector<TargetSection>& target,
                                        double stock_mm, const GuardedSurface& guard, const PathOptions& options,
                                        int thread_count) {
   if (const absl::Status status = Check(target, options); !status.ok()) return status;
-  if (!(stock_mm >= 0 && stock_mm <= 100)) return Refuse("stock_mm", stock_mm, "0 to 100");
+  if (const absl::Status status = CheckStockAndGuard(stock_mm, guard, options); !status.ok()) return status;
   const double hollow_mm = LeastHollow_mm(target);
   if (options.mill.radius_mm > kHollowReserve * hollow_mm)
     return Refuse(
@@ -266,16 +298,16 @@ absl::StatusOr<RecontourPath> PlanPath(const std::vector<TargetSection>& target,
       guarded.margin_mm.push_back(-kTargetTolerance_mm);
     }
   const PointCells cells(guarded.points_mm, options.mill.radius_mm / 4);
+  double greatest_margin_mm = 0;
+  for (const double margin_mm : guarded.margin_mm) greatest_margin_mm = std::max(greatest_margin_mm, margin_mm);
   path.passes.resize(planned.size());
   ForEach(planned.size(), thread_count, [&](std::size_t p) {
     const std::size_t k = planned[p].section;
     const auto normals = options.normals == NormalMethod::kPublished ? PublishedNormals(contours[k], options.smooth_mm)
                                                                      : SurfaceNormals(contours[k], target, k);
     path.passes[p] = PassOf(contours[k], normals, target[k].z_mm, planned[p].allowance_mm, origin_mm, options);
-    for (ToolPlace& place : path.passes[p].places) {
-      place.lifted_mm = LiftOf(cells, guarded, place.centre_mm, place.normal, options.mill.radius_mm);
-      place.centre_mm += place.lifted_mm * place.normal;
-    }
+    for (ToolPlace& place : path.passes[p].places)
+      Lift(cells, guarded, options.mill.radius_mm, greatest_margin_mm, &place);
   });
   for (std::size_t k = 1; k < target.size(); ++k)
     path.scallop_mm =

@@ -69,6 +69,17 @@ TEST(RecontourPath, KeepsClearOfWhatLiesBelowTheLine) {
   EXPECT_GT(lifted_mm, 0.015);
 }
 
+TEST(RecontourPath, KeepsClearByAWideMargin) {
+  PathOptions options;
+  options.mill.radius_mm = 2;
+  GuardedSurface guard = Guard(0.4);  // more than any place is off
+  const auto path = PlanPath(TargetOf(0), Vector2d::Zero(), 0, guard, options, 1);
+  ASSERT_TRUE(path.ok()) << path.status();
+  for (const RecontourPass& pass : path->passes)
+    for (const ToolPlace& place : pass.places)
+      for (const Vector3d& point : guard.points_mm) ASSERT_GT((point - place.centre_mm).norm(), 2.4 - 1e-8);
+}
+
 TEST(RecontourPath, RoughsLayerByLayer) {
   PathOptions options;
   options.mill.radius_mm = 2;
@@ -128,6 +139,18 @@ TEST(RecontourPath, RefusesByName) {
   refused(options, "target[1].z_mm");
   options.mill.radius_mm = 45;
   refused(options, "mill.radius_mm");
+  const auto refused_of = [](double depth_mm, GuardedSurface guard, const std::string& field) {
+    PathOptions of;
+    of.mill.radius_mm = 2;
+    of.depth_of_cut_mm = depth_mm;
+    const auto path = PlanPath(TargetOf(0), Vector2d::Zero(), 1, std::move(guard), of, 1);
+    ASSERT_FALSE(path.ok()) << field;
+    EXPECT_NE(path.status().message().find(field + ": "), std::string::npos) << path.status();
+  };
+  refused_of(1e-9, {}, "depth_of_cut_mm");  // a thousand million layers
+  refused_of(0.5, {{Vector3d::Zero()}, {}}, "guard.margin_mm");
+  refused_of(0.5, {{Vector3d::Zero()}, {3}}, "guard.margin_mm[0]");
+  refused_of(0.5, {{Vector3d(0, std::nan(""), 0)}, {0}}, "guard.points_mm[0]");
 }
 
 }  // namespace
