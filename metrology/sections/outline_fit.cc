@@ -33,8 +33,9 @@ class Fitter {
     const double clear_mm = options_.exact ? 0.02 * chain_.spacing_mm : 0.5 * chain_.spacing_mm;
     // Of a side's few points robust weights would choose among; what is far off is out already.
     const LocalFit plain(points_, chain_.length_mm, options_.lean_known, false);
-    corners_ = CornersOf(chain_, points_, plain,
-                         {options_.noise_mm, options_.exact ? clear_mm : chain_.spacing_mm, options_.exact});
+    if (!options_.without_corners)
+      corners_ = CornersOf(chain_, points_, plain,
+                           {options_.noise_mm, options_.exact ? clear_mm : chain_.spacing_mm, options_.exact});
     points_.erase(std::remove_if(points_.begin(), points_.end(),
                                  [&](const FitPoint& point) { return NearCorner(point.at_mm, clear_mm); }),
                   points_.end());

@@ -35,6 +35,7 @@ struct FitOptions {
   bool as_measured =
       false;       // exact, but with the windows of measured outlines: ripples of a CAD surface are averaged alike
   LeanField lean;  // already taken off the samples; nodes have it added to what is left
+  bool without_corners = false;  // none is looked for
 };
 
 // The fit's points: samples far from their neighbours' line left out, then as means of short stretches.

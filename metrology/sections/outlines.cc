@@ -65,13 +65,14 @@ absl::StatusOr<Ordered> OrderOf(const std::vector<SectionSample>& samples, doubl
   return ordered;
 }
 
-absl::StatusOr<SectionOutline> OfLoop(const std::vector<Eigen::Vector2d>& loop_mm, bool as_measured) {
+absl::StatusOr<SectionOutline> OfLoop(const std::vector<Eigen::Vector2d>& loop_mm, bool as_measured,
+                                      bool without_corners) {
   auto chain = ChainOfLoop(loop_mm);
   if (!chain.ok()) return chain.status();
   std::vector<FitPoint> points;
   for (std::size_t i = 0; i < chain->points_mm.size(); ++i)
     points.push_back({chain->points_mm[i], chain->at_mm[i], 0, 0, 1});
-  auto fitted = FitOutline(*chain, points, {0, true, true, as_measured, {}});
+  auto fitted = FitOutline(*chain, points, {0, true, true, as_measured, {}, without_corners});
   if (!fitted.ok()) return fitted.status();
   SectionOutline made;
   made.fitted = *std::move(fitted);
@@ -122,7 +123,8 @@ absl::StatusOr<SectionOutline> MeasuredOutline(const Points& points_mm, const Se
   }
   evidence.stray_count = ordered->stray_count;
   evidence.outlier_count = ordered->outlier_count;
-  auto fitted = FitOutline(ordered->chain, ordered->points, {noise_mm, false, lean_known, false, lean});
+  auto fitted =
+      FitOutline(ordered->chain, ordered->points, {noise_mm, false, lean_known, false, lean, options.without_corners});
   if (!fitted.ok()) return fitted.status();
   made.fitted = *std::move(fitted);
   evidence.used_count = made.fitted.used_count;
@@ -136,7 +138,7 @@ absl::StatusOr<SectionOutline> MeasuredOutline(const Points& points_mm, const Se
 }
 
 absl::StatusOr<SectionOutline> SurfaceOutline(const Surface& surface, const SectionPlane& plane,
-                                              const Eigen::Vector3d* near_mm) {
+                                              const Eigen::Vector3d* near_mm, bool without_corners) {
   auto part_from_section = PartFromSection(plane);
   if (!part_from_section.ok()) return part_from_section.status();
   auto loops = CutSurface(surface, *part_from_section);
@@ -152,14 +154,14 @@ absl::StatusOr<SectionOutline> SurfaceOutline(const Surface& surface, const Sect
     return Refuse("plane", std::to_string(loops->size()) + " outlines of the surface",
                   "one, or a place near the one meant");
   }
-  auto made = OfLoop((*loops)[chosen], true);
+  auto made = OfLoop((*loops)[chosen], true, without_corners);
   if (!made.ok()) return made.status();
   made->part_from_section = *part_from_section;
   return made;
 }
 
 absl::StatusOr<SectionOutline> LoopOutline(const std::vector<Eigen::Vector2d>& loop_mm) {
-  return OfLoop(loop_mm, false);
+  return OfLoop(loop_mm, false, false);
 }
 
 }  // namespace sixpoint::metrology

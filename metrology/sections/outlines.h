@@ -19,7 +19,8 @@ struct OutlineOptions {
   double surface_reach_mm = 1;       // points farther from it are not of the part
   const Outline* nominal = nullptr;  // says which of several outlines is meant
   double nominal_reach_mm = 1;
-  double gap_mm = 0;  // without a point over so much, nothing was seen; 0: from how far apart the points are
+  double gap_mm = 0;             // without a point over so much, nothing was seen; 0: from how far apart the points are
+  bool without_corners = false;  // both ends are known to be round: few points about a small radius are no corner
   int thread_count = 1;
 };
 
@@ -40,9 +41,9 @@ struct SectionOutline {
 // INVALID_ARGUMENT by name: values out of bounds, a plane that misses the points, several outlines.
 absl::StatusOr<SectionOutline> MeasuredOutline(const Points& points_mm, const SectionPlane& plane,
                                                const OutlineOptions& options);
-// near_mm (part frame): of several outlines the one that comes nearest to it; without it several are refused.
+// near_mm (part frame): of several outlines the one that comes nearest to it; without it several are refused. without_corners: as in OutlineOptions.
 absl::StatusOr<SectionOutline> SurfaceOutline(const Surface& surface, const SectionPlane& plane,
-                                              const Eigen::Vector3d* near_mm);
+                                              const Eigen::Vector3d* near_mm, bool without_corners = false);
 // A closed polygon, in order, section frame.
 absl::StatusOr<SectionOutline> LoopOutline(const std::vector<Eigen::Vector2d>& loop_mm);
 

@@ -130,6 +130,41 @@ TEST(MeasuredSections, MeasureATruncatedEndAsTheFlatItIs) {
 }
 
 // Both places beside a corner may come upon the same one; taken for two, the outline went around twice and its leading end was lost.
+int CornersOf(const SectionOutline& outline) {
+  const auto& nodes = outline.fitted.outline.nodes();
+  return static_cast<int>(
+      std::count_if(nodes.begin(), nodes.end(), [](const OutlineNode& node) { return node.before == Join::kCorner; }));
+}
+
+// A radius as small as the corners' reach, seen by few points: where an end is known to be round its tip is where it is.
+TEST(MeasuredSections, HaveNoCornersWhereEndsAreKnownToBeRound) {
+  std::mt19937_64 random(31);
+  Blade blade;
+  blade.trail_mm = 0.45;
+  Measuring measuring;
+  measuring.count = 1500;
+  OutlineOptions options;
+  int taken_for_corners = 0;
+  for (int i = 0; i < 12; ++i) {
+    const Points points = MeasuredOn(PolygonOf(blade, kStepMm), measuring, random);
+    options.without_corners = false;
+    const auto free = MeasuredOutline(points, {}, options);
+    ASSERT_TRUE(free.ok()) << free.status();
+    taken_for_corners += CornersOf(*free) > 0 ? 1 : 0;
+    options.without_corners = true;
+    const auto round = MeasuredOutline(points, {}, options);
+    ASSERT_TRUE(round.ok()) << round.status();
+    EXPECT_EQ(CornersOf(*round), 0);
+    const auto camber = CamberOf(round->fitted.outline, {});
+    ASSERT_TRUE(camber.has_value());
+    EXPECT_EQ(camber->trailing.kind, EndKind::kRound);
+    // 25 points about the end, 2 um of noise, a window that reaches half around it.
+    EXPECT_LT((camber->trailing.tip_mm - TruthOf(blade).trailing_mm).norm(), 0.06);
+  }
+  std::printf("%d of 12 ends were taken for corners otherwise\n", taken_for_corners);
+  EXPECT_GT(taken_for_corners, 0);
+}
+
 TEST(MeasuredSections, GoAroundOnce) {
   int square = 0;
   // 1250 is the blade that showed it.
