@@ -175,6 +175,25 @@ void Lift(const PointCells& cells, const GuardedSurface& guard, double radius_mm
   }
 }
 
+// And half way to the next place, where the ball comes by on a straight line: both are lifted then.
+void LiftWays(const PointCells& cells, const GuardedSurface& guard, double radius_mm, double greatest_margin_mm,
+              RecontourPass* pass) {
+  constexpr int kTurns = 4;
+  std::vector<ToolPlace>& places = pass->places;
+  for (int turn = 0; turn < kTurns; ++turn)
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      ToolPlace &one = places[i], &next = places[(i + 1) % places.size()];
+      ToolPlace between;
+      between.centre_mm = (one.centre_mm + next.centre_mm) / 2;
+      between.normal = (one.normal + next.normal).normalized();
+      Lift(cells, guard, radius_mm, greatest_margin_mm, &between);
+      for (ToolPlace* place : {&one, &next}) {
+        place->lifted_mm += between.lifted_mm;
+        place->centre_mm += between.lifted_mm * place->normal;
+      }
+    }
+}
+
 RecontourPass PassOf(const std::vector<ContourPlace>& contour, const std::vector<Vector3d>& normals, double z_mm,
                      double allowance_mm, const Vector2d& origin_mm, const PathOptions& options) {
   RecontourPass pass;
@@ -308,7 +327,15 @@ absl::StatusOr<RecontourPath> PlanPath(const std::vector<TargetSection>& target,
     path.passes[p] = PassOf(contours[k], normals, target[k].z_mm, planned[p].allowance_mm, origin_mm, options);
     for (ToolPlace& place : path.passes[p].places)
       Lift(cells, guarded, options.mill.radius_mm, greatest_margin_mm, &place);
+    LiftWays(cells, guarded, options.mill.radius_mm, greatest_margin_mm, &path.passes[p]);
   });
+  // What folds over itself, or has a hollow that no ball stands in.
+  for (std::size_t p = 0; p < planned.size(); ++p)
+    for (const ToolPlace& place : path.passes[p].places)
+      if (place.lifted_mm > options.mill.radius_mm)
+        return Refuse("target[" + std::to_string(planned[p].section) + "].outline",
+                      "a place that a ball stands clear of by " + Rounded(place.lifted_mm),
+                      "places within the mill's radius of what is guarded");
   for (std::size_t k = 1; k < target.size(); ++k)
     path.scallop_mm =
         std::max(path.scallop_mm, ScallopOf(target[k].z_mm - target[k - 1].z_mm, options.mill.radius_mm).value_or(0));
