@@ -25,7 +25,9 @@ DrawnBlade DrawBlade(const NominalBlade& nominal, int thread_count) {
   options.heights = {nominal.low_mm.z() + kFoot_mm, nominal.low_mm.z() + kMostKept * span_mm,
                      nominal.high_mm.z() - kTip_mm, kLineWidth_mm};
   options.origin_mm = ((nominal.low_mm + nominal.high_mm) / 2).head<2>();
-  options.half_width_mm = 0.1;
+  options.half_width_mm = 0.25;
+  options.surface = nominal.surface.get();
+  options.round_ends = true;  // of plant-a's blade
   options.thread_count = thread_count;
   std::vector<double> z_mm = MeasuredHeights(options.heights);
   for (const double z : TargetHeights(options.heights)) z_mm.push_back(z);
@@ -39,6 +41,13 @@ std::size_t KeptSections(const DrawnBlade& drawn, double part_of_span) {
   std::size_t kept = 0;
   while (drawn.sections[kept].z_mm <= cut_mm) ++kept;
   return kept;
+}
+
+const metrology::BladeSection& DrawnAt(const DrawnBlade& drawn, double z_mm) {
+  const auto nearer = [&](const metrology::BladeSection& a, const metrology::BladeSection& b) {
+    return std::abs(a.z_mm - z_mm) < std::abs(b.z_mm - z_mm);
+  };
+  return *std::min_element(drawn.sections.begin(), drawn.sections.end(), nearer);
 }
 
 metrology::Outline TrueOutline(const metrology::BladeSection& nominal, const BladeWorld& world,

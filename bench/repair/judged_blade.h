@@ -18,6 +18,9 @@ DrawnBlade DrawBlade(const NominalBlade& nominal, int thread_count);
 // Highest section that stays of a blade which keeps a part of its span.
 std::size_t KeptSections(const DrawnBlade& drawn, double part_of_span);
 
+// The drawn section of a measured one's height.
+const metrology::BladeSection& DrawnAt(const DrawnBlade& drawn, double z_mm);
+
 // The nominal outline displaced by the world: what this blade really is at that height, uncut.
 metrology::Outline TrueOutline(const metrology::BladeSection& nominal, const BladeWorld& world,
                                const metrology::StackOptions& options);

@@ -38,7 +38,7 @@ metrology::StackOptions OptionsOf(const DrawnBlade& drawn, std::size_t kept, Cam
 void RunCamber(const DrawnBlade& drawn, const WallPoints& wall, const Sizes& sizes, json* figures) {
   for (const CamberMethod method : {CamberMethod::kPublished, CamberMethod::kBisected}) {
     std::vector<double> line, extension, line_true, extension_true;
-    std::size_t filtered = 0, refused = 0;
+    std::size_t filtered = 0, refused = 0, left_out = 0;
     for (int b = 0; b < sizes.camber_blades; ++b) {
       const auto seed = static_cast<std::uint64_t>(b);
       const BladeWorld world(seed, drawn.nominal.low_mm, drawn.nominal.high_mm);
@@ -48,16 +48,18 @@ void RunCamber(const DrawnBlade& drawn, const WallPoints& wall, const Sizes& siz
         ++refused;
         continue;
       }
-      for (std::size_t k = 0; k < measured->size(); ++k) {
-        const auto& section = (*measured)[k];
+      left_out += measured->left_out.size();
+      for (const metrology::BladeSection& section : measured->sections) {
         const CamberCheck own = CheckCamber(section.profile, section.outline);
-        const CamberCheck real = CheckCamber(section.profile, TrueOutline(drawn.sections[k], world, drawn.options));
+        const CamberCheck real =
+            CheckCamber(section.profile, TrueOutline(DrawnAt(drawn, section.z_mm), world, drawn.options));
         line.push_back(own.line_mm);
         extension.push_back(std::max(own.leading_extension_mm, own.trailing_extension_mm));
         line_true.push_back(real.line_mm);
         extension_true.push_back(std::max(real.leading_extension_mm, real.trailing_extension_mm));
         const auto& filters = section.profile.filters;
-        filtered += filters.one_sided_count + filters.out_of_order_count + filters.off_line_count;
+        filtered +=
+            filters.one_sided_count + filters.out_of_order_count + filters.not_ahead_count + filters.off_line_count;
       }
     }
     for (auto* values : {&line, &extension, &line_true, &extension_true}) std::sort(values->begin(), values->end());
@@ -65,9 +67,10 @@ void RunCamber(const DrawnBlade& drawn, const WallPoints& wall, const Sizes& siz
     const auto worst = [](const std::vector<double>& values) { return 1e3 * values.back(); };
     const std::string name = method == CamberMethod::kBisected ? "" : "published_";
     std::printf(
-        "%-10s camber, %zu sections, %zu circles filtered, %zu blades refused: line %.2f um worst (median %.3f), "
+        "%-10s camber, %zu sections, %zu left out, %zu circles filtered, %zu blades refused: line %.2f um worst "
+        "(median %.3f), "
         "extension %.2f (%.2f); on the true outlines %.2f (%.2f), %.2f (%.2f)\n",
-        name.empty() ? "bisected" : "published", line.size(), filtered, refused, worst(line), median(line),
+        name.empty() ? "bisected" : "published", line.size(), left_out, filtered, refused, worst(line), median(line),
         worst(extension), median(extension), worst(line_true), median(line_true), worst(extension_true),
         median(extension_true));
     std::fflush(stdout);
@@ -92,6 +95,7 @@ void RunExtrapolation(const DrawnBlade& drawn, const WallPoints& wall, const Siz
                            {"polynomial of deviation", ExtrapolationMethod::kPolynomialOfDeviation, {}, {}, {}, {}, {}},
                            {"process of deviation", ExtrapolationMethod::kProcessOfDeviation, {}, {}, {}, {}, {}}};
   int refused = 0;
+  std::size_t sections = 0, left_out = 0;
   for (int b = first; b < first + sizes.blades; ++b) {
     const auto seed = static_cast<std::uint64_t>(b);
     const BladeWorld world(seed, drawn.nominal.low_mm, drawn.nominal.high_mm);
@@ -107,9 +111,11 @@ void RunExtrapolation(const DrawnBlade& drawn, const WallPoints& wall, const Siz
     }
     const auto cut = drawn.sections.begin() + static_cast<std::ptrdiff_t>(kept);
     const std::vector<metrology::BladeSection> nominal(drawn.sections.begin(), cut), asked(cut, drawn.sections.end());
-    std::printf("%3d, %2zu of %zu sections kept:", b, kept, drawn.sections.size());
+    sections += measured->sections.size(), left_out += measured->left_out.size();
+    std::printf("%3d, %2zu of %zu sections kept, %zu left out:", b, kept, drawn.sections.size(),
+                measured->left_out.size());
     for (MethodTally& tally : tallies) {
-      const auto made = Extrapolate(*measured, nominal, asked, tally.method, sizes.threads);
+      const auto made = Extrapolate(measured->sections, nominal, asked, tally.method, sizes.threads);
       if (!made.ok()) {
         ++refused;
         std::printf(" %s", std::string(made.status().message()).c_str());
@@ -133,7 +139,8 @@ void RunExtrapolation(const DrawnBlade& drawn, const WallPoints& wall, const Siz
     std::printf("\n");
     std::fflush(stdout);
   }
-  std::printf("\n%-26s %10s %10s %10s %10s %8s %8s\n", "", "rms um", "median um", "tip um", "worst um", "held %",
+  std::printf("\n%zu sections measured, %zu left out, %d blades refused\n", sections, left_out, refused);
+  std::printf("%-26s %10s %10s %10s %10s %8s %8s\n", "", "rms um", "median um", "tip um", "worst um", "held %",
               "U / rms");
   for (MethodTally& tally : tallies) {
     std::sort(tally.rms_mm.begin(), tally.rms_mm.end());

@@ -146,7 +146,7 @@ void RunPlan(const DrawnBlade& drawn, std::size_t points, int thread_count, nloh
     std::vector<double> distances_mm;
     pass_s.push_back(Seconds([&] { nominal.surface->SignedDistances(cloud, 2, thread_count, &distances_mm); }));
     double sections_s = 0, target_s = 0, path_s = 0;
-    sections_s = Seconds([&] { planned.measured = *MeasureSections(cloud, options); });
+    sections_s = Seconds([&] { planned.measured = MeasureSections(cloud, options)->sections; });
     target_s = Seconds([&] {
       planned.target = *Extrapolate(planned.measured, below, asked, metrology::ExtrapolationMethod::kProcessOfDeviation,
                                     thread_count);

@@ -36,17 +36,20 @@ absl::StatusOr<BladeSection> SectionOf(const absl::StatusOr<SectionOutline>& fou
   return section;
 }
 
-// In their order; refusals of all that fail.
-absl::StatusOr<std::vector<BladeSection>> Collected(std::vector<absl::StatusOr<BladeSection>> made) {
-  Refusals refusals;
-  std::vector<BladeSection> sections;
+// What was made, in its order, and what was not.
+MeasuredStack PartedOf(std::vector<absl::StatusOr<BladeSection>> made, const std::vector<double>& z_mm) {
+  MeasuredStack stack;
   for (std::size_t k = 0; k < made.size(); ++k)
     if (made[k].ok())
-      sections.push_back(*std::move(made[k]));
+      stack.sections.push_back(*std::move(made[k]));
     else
-      refusals.Add(Under("sections[" + std::to_string(k) + "].", made[k].status()));
-  if (const absl::Status status = refusals.status(); !status.ok()) return status;
-  return sections;
+      stack.left_out.push_back({k, z_mm[k], made[k].status()});
+  return stack;
+}
+
+void AddLeftOut(const std::vector<LeftOutSection>& left_out, const std::string& field, Refusals* refusals) {
+  for (const LeftOutSection& one : left_out)
+    refusals->Add(Under(field + "[" + std::to_string(one.index) + "].", one.refusal));
 }
 
 // Points of each section's slab, in one pass over the cloud.
@@ -108,7 +111,24 @@ absl::Status CheckHeights(const SectionHeights& heights) {
   return refusals.status();
 }
 
-absl::StatusOr<std::vector<BladeSection>> MeasureSections(const Points& points_mm, const StackOptions& options) {
+absl::Status CheckEnough(const std::vector<double>& z_mm, double target_mm, const std::string& field,
+                         const std::vector<LeftOutSection>& left_out) {
+  Refusals refusals;
+  const double least_mm = z_mm.empty() ? target_mm : z_mm.front() + kLeastPart * (target_mm - z_mm.front());
+  if (z_mm.size() < kLeastSections)
+    refusals.Add(Refuse(field, std::to_string(z_mm.size()) + " sections",
+                        "at least " + std::to_string(kLeastSections) + ": a polynomial of degree 5 in z"));
+  else if (!(z_mm.back() >= least_mm - kRounding_mm))
+    refusals.Add(Refuse(field, "sections up to " + Rounded(z_mm.back()),
+                        "up to " + Rounded(least_mm) + ": two thirds of the way from the lowest to the target"));
+  if (!refusals.status().ok()) AddLeftOut(left_out, field, &refusals);
+  // What failed otherwise than by refusal is no property of a section.
+  for (const LeftOutSection& one : left_out)
+    if (ViolationsOf(one.refusal).empty()) refusals.Add(one.refusal);
+  return refusals.status();
+}
+
+absl::StatusOr<MeasuredStack> MeasureSections(const Points& points_mm, const StackOptions& options) {
   if (const absl::Status status = CheckHeights(options.heights); !status.ok()) return status;
   const double most_mm = options.heights.line_width_mm / 2;
   if (!(options.half_width_mm > 0 && options.half_width_mm <= most_mm))
@@ -121,18 +141,30 @@ absl::StatusOr<std::vector<BladeSection>> MeasureSections(const Points& points_m
     OutlineOptions outline;
     outline.half_width_mm = options.half_width_mm;
     outline.noise_um = options.noise_um;
+    outline.surface = options.surface;
+    outline.without_corners = options.round_ends;
     made[k] = SectionOf(MeasuredOutline(slabs[k], PlaneAt(z_mm[k], options), outline), z_mm[k], options);
   });
-  return Collected(std::move(made));
+  MeasuredStack stack = PartedOf(std::move(made), z_mm);
+  std::vector<double> kept_mm;
+  for (const BladeSection& section : stack.sections) kept_mm.push_back(section.z_mm);
+  const absl::Status enough = CheckEnough(kept_mm, options.heights.target_mm, "sections", stack.left_out);
+  if (!enough.ok()) return enough;
+  return stack;
 }
 
 absl::StatusOr<std::vector<BladeSection>> NominalSections(const Surface& surface, const std::vector<double>& z_mm,
                                                           const StackOptions& options) {
   std::vector<absl::StatusOr<BladeSection>> made(z_mm.size(), absl::InternalError("not cut"));
   ForEach(z_mm.size(), options.thread_count, [&](std::size_t k) {
-    made[k] = SectionOf(SurfaceOutline(surface, PlaneAt(z_mm[k], options), nullptr), z_mm[k], options);
+    made[k] =
+        SectionOf(SurfaceOutline(surface, PlaneAt(z_mm[k], options), nullptr, options.round_ends), z_mm[k], options);
   });
-  return Collected(std::move(made));
+  MeasuredStack stack = PartedOf(std::move(made), z_mm);
+  Refusals refusals;
+  AddLeftOut(stack.left_out, "sections", &refusals);
+  if (const absl::Status status = refusals.status(); !status.ok()) return status;
+  return std::move(stack.sections);
 }
 
 }  // namespace sixpoint::metrology

@@ -7,7 +7,9 @@
 #include <absl/status/statusor.h>
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "metrology/repair/camber_profile.h"
@@ -29,6 +31,9 @@ struct StackOptions {
       leading_mm;              // a place near the leading edge, part frame; none: the end at the smaller x
   double half_width_mm = 0.1;  // points so near to a section's plane are taken; at most half the line width
   double noise_um = 2;         // of a point, one sigma; 0: what the residuals show
+  bool round_ends = false;     // both edges are drawn round: a few points about a small radius are no corner
+  const Surface* surface =
+      nullptr;  // the drawing's, along which points slide into their plane; none: the lean is fitted
   CamberMethod camber = CamberMethod::kBisected;
   int thread_count = 1;
 };
@@ -39,9 +44,27 @@ struct BladeSection {
   CamberProfile profile;
 };
 
-// By z, from first_mm on in steps of the line width. INVALID_ARGUMENT, by name: heights that do not follow each other, a cut-off below two thirds
-// of the way from first to target, fewer sections below it than the regression needs; "sections[3].outline": what is no closed airfoil.
-absl::StatusOr<std::vector<BladeSection>> MeasureSections(const Points& points_mm, const StackOptions& options);
+// A section that is no closed airfoil, or not near its drawing: the others tell the blade.
+struct LeftOutSection {
+  std::size_t index = 0;  // among all that were given or asked for
+  double z_mm = 0;
+  absl::Status refusal;
+};
+
+struct MeasuredStack {
+  std::vector<BladeSection> sections;  // by z
+  std::vector<LeftOutSection> left_out;
+};
+
+// From first_mm on in steps of the line width. INVALID_ARGUMENT, by name: heights that do not follow each other, a cut-off below two thirds of the
+// way from first to target, fewer sections below it than the regression needs; and where what is left without the sections left out is no longer
+// enough ("sections"), with what each of them was refused for ("sections[3].outline").
+absl::StatusOr<MeasuredStack> MeasureSections(const Points& points_mm, const StackOptions& options);
+
+// Whether sections at these heights tell a regression enough: 12 of them, and two thirds of the way from the lowest to the target. If not, the
+// field is refused, and what was left out with it, under field[index].
+absl::Status CheckEnough(const std::vector<double>& z_mm, double target_mm, const std::string& field,
+                         const std::vector<LeftOutSection>& left_out);
 
 // The nominal sections at any heights, by the same code.
 absl::StatusOr<std::vector<BladeSection>> NominalSections(const Surface& surface, const std::vector<double>& z_mm,

@@ -81,6 +81,32 @@ CamberStation Smoothed(const Line& line, double at_mm, std::size_t left_out) {
   return station;
 }
 
+// From the middle to either end each centre farther on than the one before, as the line goes over the last half radius: about the centre of a
+// round end circles lie in no order, and a line through them would turn back.
+std::vector<InscribedCircle> Advancing(const std::vector<InscribedCircle>& circles, CamberFilters* filters) {
+  constexpr double kLeastStep = 0.01;  // radii
+  std::vector<InscribedCircle> kept;
+  const std::size_t middle = circles.size() / 2;
+  const auto walk = [&](bool front) {
+    std::vector<InscribedCircle> way = {circles[middle]};
+    for (std::size_t k = 1; front ? k <= middle : middle + k < circles.size(); ++k) {
+      const InscribedCircle& next = circles[front ? middle - k : middle + k];
+      std::size_t back = way.size() - 1;
+      while (back > 0 && (way.back().centre_mm - way[back].centre_mm).norm() < next.radius_mm / 2) --back;
+      const Vector2d step = next.centre_mm - way.back().centre_mm, along = way.back().centre_mm - way[back].centre_mm;
+      if (way.size() > 1 && step.dot(along.normalized()) < kLeastStep * next.radius_mm)
+        ++filters->not_ahead_count;
+      else
+        way.push_back(next);
+    }
+    return way;
+  };
+  const auto front = walk(true), behind = walk(false);
+  kept.assign(front.rbegin(), front.rend());
+  kept.insert(kept.end(), behind.begin() + 1, behind.end());
+  return kept;
+}
+
 // The named filters, in their order.
 std::vector<InscribedCircle> Filtered(const std::vector<InscribedCircle>& found, CamberFilters* filters) {
   std::vector<InscribedCircle> kept;
@@ -97,6 +123,7 @@ std::vector<InscribedCircle> Filtered(const std::vector<InscribedCircle>& found,
     }
   }
   if (kept.size() < kLeastCircles) return kept;
+  kept = Advancing(kept, filters);
   const Line line = LineThrough(kept);
   std::vector<double> off;
   for (std::size_t i = 0; i < kept.size(); ++i)
@@ -207,6 +234,30 @@ CamberExtension Bisected(CamberExtension extension, const Outline& outline, doub
   return extension;
 }
 
+// Each station moved to where it is as far from both sides, which part at the profile's tips.
+void BisectStations(const Outline& outline, CamberProfile* profile) {
+  const OutlineSides sides(outline, outline.At(outline.Nearest(profile->leading.tip_mm)),
+                           outline.At(outline.Nearest(profile->trailing.tip_mm)));
+  auto& stations = profile->stations;
+  const auto bisect = [&](std::size_t k, const Vector2d& along) {
+    const auto middle = sides.MiddleNear(stations[k].centre_mm, LeftOf(along), stations[k].radius_mm / 4);
+    if (middle) stations[k].centre_mm = middle->centre_mm, stations[k].radius_mm = middle->radius_mm;
+    return middle.has_value();
+  };
+  for (std::size_t k = 0; k < stations.size(); ++k) {
+    if (bisect(k, stations[k].along)) continue;
+    // So near to an end circles do not tell the line's direction: half a radius farther in does.
+    const bool front = k < stations.size() / 2;
+    std::size_t inner = k;
+    while ((stations[inner].centre_mm - stations[k].centre_mm).norm() < stations[k].radius_mm / 2 &&
+           inner != stations.size() / 2)
+      front ? ++inner : --inner;
+    const Vector2d outward = (stations[k].centre_mm - stations[inner].centre_mm).normalized();
+    const Vector2d along = front ? Vector2d(-outward) : outward;
+    if (bisect(k, along)) stations[k].along = along;
+  }
+}
+
 absl::Status NoAirfoil(const std::string& what) {
   return Refuse("outline", what, "a closed airfoil: two sides between a leading and a trailing end");
 }
@@ -281,22 +332,23 @@ absl::StatusOr<CamberProfile> ProfileOf(const Outline& outline, const LeadingHin
   const double lead_radius_mm = profile.stations.front().radius_mm, trail_radius_mm = profile.stations.back().radius_mm;
   auto leading = Along(PublishedWay(line, true), outline, kLongestRadii * lead_radius_mm, camber->leading);
   auto trailing = Along(PublishedWay(line, false), outline, kLongestRadii * trail_radius_mm, camber->trailing);
+  profile.leading = std::move(leading);
+  profile.trailing = std::move(trailing);
   if (method == CamberMethod::kBisected) {
-    const double leading_at_mm = outline.At(outline.Nearest(leading.tip_mm));
-    const double trailing_at_mm = outline.At(outline.Nearest(trailing.tip_mm));
-    const OutlineSides sides(outline, leading_at_mm, trailing_at_mm);
-    for (CamberStation& station : profile.stations)
-      if (const auto middle = sides.MiddleNear(station.centre_mm, LeftOf(station.along), station.radius_mm / 4))
-        station.centre_mm = middle->centre_mm, station.radius_mm = middle->radius_mm;
+    BisectStations(outline, &profile);
     const auto inside = [&](double radius_mm, bool at_front) {
       const double part = std::min(0.1, radius_mm / 2 / profile.length_mm);
       return StationAt(profile, at_front ? part : 1 - part).centre_mm;
     };
-    leading = Bisected(std::move(leading), outline, trailing_at_mm, inside(lead_radius_mm, true), lead_radius_mm);
-    trailing = Bisected(std::move(trailing), outline, leading_at_mm, inside(trail_radius_mm, false), trail_radius_mm);
+    const double leading_at_mm = outline.At(outline.Nearest(profile.leading.tip_mm));
+    const double trailing_at_mm = outline.At(outline.Nearest(profile.trailing.tip_mm));
+    profile.leading =
+        Bisected(std::move(profile.leading), outline, trailing_at_mm, inside(lead_radius_mm, true), lead_radius_mm);
+    profile.trailing =
+        Bisected(std::move(profile.trailing), outline, leading_at_mm, inside(trail_radius_mm, false), trail_radius_mm);
+    // The sides part elsewhere now: near the ends the line's middle is another.
+    BisectStations(outline, &profile);
   }
-  profile.leading = std::move(leading);
-  profile.trailing = std::move(trailing);
   return profile;
 }
 

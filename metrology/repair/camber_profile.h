@@ -33,6 +33,8 @@ struct CamberFilters {
   std::size_t one_sided_count = 0;  // its contacts do not lie to both sides of the line
   std::size_t out_of_order_count =
       0;  // a contact lies before that of a circle nearer to the leading end: of another branch
+  std::size_t not_ahead_count =
+      0;  // its centre lies no farther along than one nearer to the middle: about an end's own centre many lie
   std::size_t off_line_count = 0;  // farther from a parabola through its neighbours than they scatter
 };
 

@@ -11,7 +11,6 @@
 #include "metrology/repair/section_deviation.h"
 #include "metrology/sections/profile.h"
 #include "metrology/statistics/legendre.h"
-#include "metrology/statistics/ranks.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
@@ -19,32 +18,36 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr std::size_t kLeastSections = 12;
 constexpr int kShapes = 10;  // along the section, beside its mean: Legendre's polynomials up to this order
 constexpr double kSameHeight_mm = 1e-6;
 constexpr int kAlongDegree = 3, kHeightDegree = 5, kLeadingDegree = 2, kTrailingDegree = 1;
-
-absl::Status Check(const std::vector<BladeSection>& measured, const std::vector<BladeSection>& nominal,
-                   const std::vector<BladeSection>& asked) {
-  if (measured.size() < kLeastSections)
-    return Refuse("measured", std::to_string(measured.size()) + " sections",
-                  "at least 12: a polynomial of degree 5 in z");
-  if (nominal.size() != measured.size())
-    return Refuse("nominal", std::to_string(nominal.size()) + " sections", "as many as measured");
-  if (asked.empty()) return Refuse("asked", "no sections", "at least one");
-  for (std::size_t k = 0; k < measured.size(); ++k) {
-    if (std::abs(measured[k].z_mm - nominal[k].z_mm) > kSameHeight_mm)
-      return Refuse("nominal[" + std::to_string(k) + "].z_mm", nominal[k].z_mm, "the measured section's height");
-    if (k > 0 && !(measured[k].z_mm > measured[k - 1].z_mm))
-      return Refuse("measured[" + std::to_string(k) + "].z_mm", measured[k].z_mm, "above the section before");
-  }
-  return absl::OkStatus();
-}
 
 std::vector<double> HeightsOf(const std::vector<BladeSection>& sections) {
   std::vector<double> z_mm;
   for (const BladeSection& section : sections) z_mm.push_back(section.z_mm);
   return z_mm;
+}
+
+absl::Status Check(const std::vector<BladeSection>& measured, const std::vector<BladeSection>& asked) {
+  if (asked.empty()) return Refuse("asked", "no sections", "at least one");
+  for (std::size_t k = 1; k < measured.size(); ++k)
+    if (!(measured[k].z_mm > measured[k - 1].z_mm))
+      return Refuse("measured[" + std::to_string(k) + "].z_mm", measured[k].z_mm, "above the section before");
+  return CheckEnough(HeightsOf(measured), asked.back().z_mm, "measured", {});
+}
+
+// The nominal section of each measured one.
+absl::StatusOr<std::vector<BladeSection>> Beside(const std::vector<BladeSection>& measured,
+                                                 const std::vector<BladeSection>& nominal) {
+  std::vector<BladeSection> beside;
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    while (n < nominal.size() && nominal[n].z_mm < measured[k].z_mm - kSameHeight_mm) ++n;
+    if (n == nominal.size() || nominal[n].z_mm > measured[k].z_mm + kSameHeight_mm)
+      return Refuse("measured[" + std::to_string(k) + "].z_mm", measured[k].z_mm, "the height of a nominal section");
+    beside.push_back(nominal[n]);
+  }
+  return beside;
 }
 
 // Of all sections' camber lines: what they turn about.
@@ -120,21 +123,26 @@ TargetSection MovedByPrediction(const TargetSection& section, const ProcessValue
                     {std::sqrt(turn.variance), {std::sqrt(shift_x.variance), std::sqrt(shift_y.variance)}}, pivot_mm);
 }
 
-absl::StatusOr<std::vector<SectionDeviation>> DeviationsOf(const std::vector<BladeSection>& measured,
-                                                           const std::vector<BladeSection>& nominal,
-                                                           const Vector2d& pivot_mm, int thread_count) {
+// Of the sections that lie beside their nominal ones; those are kept with them, the others left out.
+struct Compared {
+  std::vector<SectionDeviation> deviations;
+  std::vector<BladeSection> nominal;
+  std::vector<LeftOutSection> left_out;
+};
+Compared DeviationsOf(const std::vector<BladeSection>& measured, std::vector<BladeSection> nominal,
+                      const Vector2d& pivot_mm, int thread_count) {
   std::vector<absl::StatusOr<SectionDeviation>> found(measured.size(), absl::InternalError("not compared"));
   ForEach(measured.size(), thread_count,
           [&](std::size_t k) { found[k] = DeviationOf(nominal[k], measured[k], pivot_mm); });
-  Refusals refusals;
-  std::vector<SectionDeviation> deviations;
+  Compared compared;
   for (std::size_t k = 0; k < measured.size(); ++k)
-    if (found[k].ok())
-      deviations.push_back(*std::move(found[k]));
-    else
-      refusals.Add(Under("measured[" + std::to_string(k) + "].", found[k].status()));
-  if (const absl::Status status = refusals.status(); !status.ok()) return status;
-  return deviations;
+    if (found[k].ok()) {
+      compared.deviations.push_back(*std::move(found[k]));
+      compared.nominal.push_back(std::move(nominal[k]));
+    } else {
+      compared.left_out.push_back({k, measured[k].z_mm, found[k].status()});
+    }
+  return compared;
 }
 
 Extrapolation ByDeviationPolynomial(const std::vector<SectionDeviation>& deviations, const std::vector<double>& z_mm,
@@ -224,32 +232,32 @@ struct ShapedField {
   }
 };
 
-// What circles, shapes and ends do not hold of the outlines below: of each node its mean over the heights, and the scatter about that.
+// What circles, shapes and ends do not hold of the outlines below: of each node a process of its own. Its scatter from one section to the next is
+// those sections' noise, and no uncertainty of a target that holds none of it.
 struct LeftOver {
-  std::vector<double> mean_mm, sigma_mm;
+  std::vector<std::vector<ProcessValue>> at_node;  // nodes x heights asked
 
-  LeftOver(const std::vector<TargetSection>& made, const std::vector<SectionDeviation>& deviations) {
-    const std::size_t nodes = made[0].outline.size();
-    mean_mm.resize(nodes);
-    sigma_mm.resize(nodes);
-    for (std::size_t i = 0; i < nodes; ++i) {
-      std::vector<double> off_mm, magnitudes_mm;
+  LeftOver(const std::vector<TargetSection>& made, const std::vector<SectionDeviation>& deviations,
+           const std::vector<double>& z_mm, const HeightProcess& process, int thread_count)
+      : at_node(made[0].outline.size()) {
+    ForEach(at_node.size(), thread_count, [&](std::size_t i) {
+      Eigen::VectorXd off_mm(static_cast<Eigen::Index>(made.size()));
       for (std::size_t k = 0; k < made.size(); ++k)
-        off_mm.push_back(-SignedDistance(deviations[k].in_place, made[k].outline.nodes()[i].point_mm, nullptr));
-      mean_mm[i] = Median(off_mm);
-      for (const double off : off_mm) magnitudes_mm.push_back(std::abs(off - mean_mm[i]));
-      sigma_mm[i] = RobustSigmaOfMagnitudes(magnitudes_mm);
-    }
+        off_mm[static_cast<Eigen::Index>(k)] =
+            -SignedDistance(deviations[k].in_place, made[k].outline.nodes()[i].point_mm, nullptr);
+      at_node[i] = process.Predict(WithoutWild(z_mm, off_mm));
+    });
   }
 
-  TargetSection AddedTo(TargetSection section) const {
-    std::vector<double> slopes;
+  TargetSection AddedTo(TargetSection section, std::size_t asked) const {
+    std::vector<double> mean_mm, slopes;
+    for (const auto& node : at_node) mean_mm.push_back(node[asked].mean);
     const Outline& outline = section.outline;
     for (std::size_t i = 0; i < outline.size(); ++i) {
       const std::size_t before = outline.Previous(i), next = outline.Next(i);
       const double length_mm = (outline.nodes()[next].point_mm - outline.nodes()[before].point_mm).norm();
       slopes.push_back((mean_mm[next] - mean_mm[before]) / std::max(1e-6, length_mm));
-      section.standard_mm[i] = std::hypot(section.standard_mm[i], sigma_mm[i]);
+      section.standard_mm[i] = std::sqrt(std::pow(section.standard_mm[i], 2) + at_node[i][asked].variance);
     }
     section.outline = outline.Offset(mean_mm, slopes);
     return section;
@@ -257,7 +265,7 @@ struct LeftOver {
 };
 
 Extrapolation ByProcess(const std::vector<SectionDeviation>& deviations, const std::vector<BladeSection>& nominal,
-                        const std::vector<BladeSection>& asked, const Vector2d& pivot_mm) {
+                        const std::vector<BladeSection>& asked, const Vector2d& pivot_mm, int thread_count) {
   const auto count = static_cast<Eigen::Index>(deviations.size());
   Eigen::MatrixXd camber(count, kCamberStations), radius(count, kCamberStations), whole(count, 5);
   for (Eigen::Index k = 0; k < count; ++k) {
@@ -279,14 +287,14 @@ Extrapolation ByProcess(const std::vector<SectionDeviation>& deviations, const s
   for (Eigen::Index k = 0; k < count; ++k)
     below.push_back(InPlace(nominal[static_cast<std::size_t>(k)], camber_field.Known(k), radius_field.Known(k),
                             {whole(k, 3), 0}, {whole(k, 4), 0}));
-  const LeftOver left(below, deviations);
+  const LeftOver left(below, deviations, z_mm, process, thread_count);
   const auto camber_at = camber_field.Predict(process, asked.size()),
              radius_at = radius_field.Predict(process, asked.size());
   Extrapolation made;
   for (std::size_t a = 0; a < asked.size(); ++a) {
     const TargetSection in_place = InPlace(asked[a], camber_at[a], radius_at[a], whole_at[3][a], whole_at[4][a]);
     made.sections.push_back(
-        MovedByPrediction(left.AddedTo(in_place), whole_at[0][a], whole_at[1][a], whole_at[2][a], pivot_mm));
+        MovedByPrediction(left.AddedTo(in_place, a), whole_at[0][a], whole_at[1][a], whole_at[2][a], pivot_mm));
   }
   return made;
 }
@@ -297,14 +305,20 @@ absl::StatusOr<Extrapolation> Extrapolate(const std::vector<BladeSection>& measu
                                           const std::vector<BladeSection>& nominal,
                                           const std::vector<BladeSection>& asked, ExtrapolationMethod method,
                                           int thread_count) {
-  if (const absl::Status status = Check(measured, nominal, asked); !status.ok()) return status;
+  if (const absl::Status status = Check(measured, asked); !status.ok()) return status;
   if (method == ExtrapolationMethod::kPolynomial) return ByPolynomial(measured, asked);
-  const Vector2d pivot_mm = MiddleOf(nominal);
-  const auto deviations = DeviationsOf(measured, nominal, pivot_mm, thread_count);
-  if (!deviations.ok()) return deviations.status();
-  return method == ExtrapolationMethod::kProcessOfDeviation
-             ? ByProcess(*deviations, nominal, asked, pivot_mm)
-             : ByDeviationPolynomial(*deviations, HeightsOf(measured), asked, pivot_mm);
+  auto beside = Beside(measured, nominal);
+  if (!beside.ok()) return beside.status();
+  const Vector2d pivot_mm = MiddleOf(nominal);  // whatever is left out
+  Compared compared = DeviationsOf(measured, *std::move(beside), pivot_mm, thread_count);
+  const std::vector<double> z_mm = HeightsOf(compared.nominal);
+  const absl::Status enough = CheckEnough(z_mm, asked.back().z_mm, "measured", compared.left_out);
+  if (!enough.ok()) return enough;
+  Extrapolation made = method == ExtrapolationMethod::kProcessOfDeviation
+                           ? ByProcess(compared.deviations, compared.nominal, asked, pivot_mm, thread_count)
+                           : ByDeviationPolynomial(compared.deviations, z_mm, asked, pivot_mm);
+  made.left_out = std::move(compared.left_out);
+  return made;
 }
 
 }  // namespace sixpoint::metrology

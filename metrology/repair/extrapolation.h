@@ -25,11 +25,12 @@ struct Extrapolation {
     double camber = 0, thickness = 0, leading = 0, trailing = 0;
   };
   std::optional<Determination> determination;
+  std::vector<LeftOutSection> left_out;  // of measured: what could not be laid beside its nominal section
 };
 
-// measured and nominal: of the same heights below the repair line; asked: the nominal sections at the target's heights. The published method takes
-// of the nominal ones their heights alone. INVALID_ARGUMENT, by name: heights that are not each other's, fewer than 12 sections, a section that
-// is no airfoil near the nominal one.
+// measured: sections below the repair line, without those that were left out; nominal: by z, of these heights at least; asked: the nominal sections
+// at the target's heights. The published method takes nothing of nominal. INVALID_ARGUMENT, by name: a measured height that no nominal section
+// has, and what CheckEnough refuses of the sections that are measured and near their nominal ones ("measured").
 absl::StatusOr<Extrapolation> Extrapolate(const std::vector<BladeSection>& measured,
                                           const std::vector<BladeSection>& nominal,
                                           const std::vector<BladeSection>& asked, ExtrapolationMethod method,

@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kLeastApart = 0.2;  // contacts, in radii: below it they are about one place
+constexpr double kLeastApart = 0.1;  // contacts, in radii: below it they are about one place
 constexpr double kLeastSlope = 0.05;
 constexpr double kSettled_mm = 1e-7;  // of the difference of both distances
 

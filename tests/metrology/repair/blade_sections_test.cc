@@ -24,8 +24,9 @@ TEST(BladeSections, AreThoseOfTheBlade) {
   const SectionMotion motion = Bent(0.2, 0.003, 0);
   const auto measured = MeasureSections(KnownWall(-0.3, 30.3, 300000, 0.002, motion, 7), Options());
   ASSERT_TRUE(measured.ok()) << measured.status();
-  ASSERT_EQ(measured->size(), 16u);
-  for (const BladeSection& section : *measured) {
+  ASSERT_EQ(measured->sections.size(), 16u);
+  EXPECT_TRUE(measured->left_out.empty());
+  for (const BladeSection& section : measured->sections) {
     double squares = 0;
     const auto polygon = KnownPolygon(section.z_mm, motion);
     for (const Eigen::Vector2d& point : polygon)
@@ -44,9 +45,43 @@ TEST(BladeSections, AreTheSameOnAnyNumberOfThreads) {
   std::reverse(points.begin(), points.end());
   const auto four = MeasureSections(points, options);
   ASSERT_TRUE(one.ok() && four.ok());
-  for (std::size_t k = 0; k < one->size(); ++k)
-    for (std::size_t i = 0; i < (*one)[k].profile.stations.size(); ++i)
-      EXPECT_EQ((*one)[k].profile.stations[i].centre_mm, (*four)[k].profile.stations[i].centre_mm);
+  ASSERT_EQ(one->sections.size(), four->sections.size());
+  for (std::size_t k = 0; k < one->sections.size(); ++k)
+    for (std::size_t i = 0; i < kCamberStations; ++i)
+      EXPECT_EQ(one->sections[k].profile.stations[i].centre_mm, four->sections[k].profile.stations[i].centre_mm);
+}
+
+// Points of the named sections, whose trailing end lies to the right, without that end.
+Points WithoutTrailingEnds(Points points, const std::vector<double>& z_mm) {
+  for (const double at_mm : z_mm) {
+    double furthest_mm = -1e9;
+    for (const Eigen::Vector3d& point : points)
+      if (std::abs(point.z() - at_mm) < 0.3) furthest_mm = std::max(furthest_mm, point.x());
+    const auto unseen = [&](const Eigen::Vector3d& point) {
+      return std::abs(point.z() - at_mm) < 0.3 && point.x() > furthest_mm - 1.5;
+    };
+    points.erase(std::remove_if(points.begin(), points.end(), unseen), points.end());
+  }
+  return points;
+}
+
+TEST(BladeSections, LeaveOutWhatWasNotSeen) {
+  const Points points = KnownWall(-0.3, 30.3, 300000, 0.002, nullptr, 11);
+  const auto measured = MeasureSections(WithoutTrailingEnds(points, {8, 30}), Options());
+  ASSERT_TRUE(measured.ok()) << measured.status();
+  EXPECT_EQ(measured->sections.size(), 14u);
+  ASSERT_EQ(measured->left_out.size(), 2u);
+  EXPECT_EQ(measured->left_out[0].index, 4u);
+  EXPECT_EQ(measured->left_out[1].z_mm, 30);
+  EXPECT_NE(measured->left_out[0].refusal.message().find("the trailing end was not seen"), std::string::npos)
+      << measured->left_out[0].refusal;
+  // 26 mm is no longer two thirds of the way to 40 mm; and eleven sections are too few.
+  for (const std::vector<double>& unseen : {std::vector<double>{28, 30}, std::vector<double>{4, 8, 12, 16, 20}}) {
+    const auto refused = MeasureSections(WithoutTrailingEnds(points, unseen), Options());
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.status().message().rfind("sections: ", 0), 0u) << refused.status();
+    EXPECT_NE(refused.status().message().find(".outline: the trailing end was not seen"), std::string::npos);
+  }
 }
 
 TEST(BladeSections, HeightsGoOnToTheTarget) {

@@ -43,7 +43,7 @@ TEST(Extrapolation, OfAnUndeformedBladeIsItsDrawing) {
     const auto made = Extrapolate(stack.measured, stack.nominal, stack.asked, method);
     ASSERT_TRUE(made.ok()) << made.status();
     // The envelope of 101 circles alone stands between: half a micrometre.
-    EXPECT_LT(Rms_mm(*made, nullptr), 5e-4);
+    EXPECT_LT(Rms_mm(*made, nullptr), 5e-4) << static_cast<int>(method);
   }
 }
 
@@ -88,9 +88,47 @@ TEST(Extrapolation, RefusesByName) {
   EXPECT_NE(
       Extrapolate(few, few, stack.asked, method).status().message().find("measured: 11 sections, want at least 12"),
       std::string::npos);
+  std::vector<BladeSection> low(stack.measured.begin(), stack.measured.begin() + 18);
+  EXPECT_NE(
+      Extrapolate(low, low, stack.asked, method).status().message().find("measured: sections up to 25.5, want up to"),
+      std::string::npos);
   stack.nominal[3].z_mm += 0.1;
-  EXPECT_NE(Extrapolate(stack.measured, stack.nominal, stack.asked, method).status().message().find("nominal[3].z_mm"),
+  EXPECT_NE(Extrapolate(stack.measured, stack.nominal, stack.asked, method).status().message().find("measured[3].z_mm"),
             std::string::npos);
+}
+
+TEST(Extrapolation, LeavesOutWhatIsNotNearItsDrawing) {
+  const SectionMotion motion = Bent(0.2, 0.004, 0.01);
+  Stack stack = ExactStack(motion);
+  const auto method = ExtrapolationMethod::kProcessOfDeviation;
+  // One section was not measured, another is of something else.
+  stack.measured.erase(stack.measured.begin() + 5);
+  const auto without = [&](const Stack& given) {
+    Stack fewer = given;
+    fewer.measured.erase(fewer.measured.begin() + 9);
+    return Extrapolate(fewer.measured, fewer.nominal, fewer.asked, method);
+  };
+  const auto expected = without(stack);
+  const double z_mm = stack.measured[9].z_mm;
+  stack.measured[9] = KnownSection(z_mm, [](double, const Eigen::Vector2d& point_mm) -> Eigen::Vector2d {
+    return {0, -2 * point_mm.y()};  // mirrored: bowed the other way
+  });
+  stack.measured[9].z_mm = z_mm;
+  const auto made = Extrapolate(stack.measured, stack.nominal, stack.asked, method);
+  ASSERT_TRUE(made.ok() && expected.ok()) << made.status();
+  ASSERT_EQ(made->left_out.size(), 1u);
+  EXPECT_EQ(made->left_out[0].index, 9u);
+  EXPECT_EQ(made->left_out[0].z_mm, z_mm);
+  for (std::size_t i = 0; i < made->sections[0].outline.size(); ++i)
+    EXPECT_EQ(made->sections[0].outline.nodes()[i].point_mm, expected->sections[0].outline.nodes()[i].point_mm);
+}
+
+TEST(Extrapolation, KnowsItsSectionsByHeight) {
+  Stack stack = ExactStack(nullptr);
+  stack.measured.erase(stack.measured.begin() + 5);
+  const auto made = Extrapolate(stack.measured, stack.nominal, stack.asked, ExtrapolationMethod::kProcessOfDeviation);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_LT(Rms_mm(*made, nullptr), 5e-4);  // as above: not a neighbour's deviation
 }
 
 TEST(HeightProcess, IsExactOfALineAndSureOfIt) {
