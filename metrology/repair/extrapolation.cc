@@ -20,6 +20,7 @@ using Eigen::Vector2d;
 
 constexpr int kShapes = 10;  // along the section, beside its mean: Legendre's polynomials up to this order
 constexpr double kSameHeight_mm = 1e-6;
+constexpr double kFinest_mm = 0.1;  // no outline is measured finer: over so much of it what is left over is averaged
 constexpr int kAlongDegree = 3, kHeightDegree = 5, kLeadingDegree = 2, kTrailingDegree = 1;
 
 std::vector<double> HeightsOf(const std::vector<BladeSection>& sections) {
@@ -250,14 +251,28 @@ struct LeftOver {
   }
 
   TargetSection AddedTo(TargetSection section, std::size_t asked) const {
-    std::vector<double> mean_mm, slopes;
-    for (const auto& node : at_node) mean_mm.push_back(node[asked].mean);
     const Outline& outline = section.outline;
-    for (std::size_t i = 0; i < outline.size(); ++i) {
+    const std::size_t count = outline.size();
+    std::vector<double> mean_mm(count), slopes;
+    for (std::size_t i = 0; i < count; ++i) {
+      double means = 0, variances = 0, all = 0;
+      for (std::size_t k = 0; k < count; ++k) {
+        const double way_mm = std::remainder(outline.nodes()[k].at_mm - outline.nodes()[i].at_mm, outline.length_mm());
+        if (std::abs(way_mm) > 4 * kFinest_mm && k != i) continue;
+        const double stands_mm =
+            (outline.nodes()[outline.Next(k)].point_mm - outline.nodes()[outline.Previous(k)].point_mm).norm();
+        const double weight = std::max(1e-9, stands_mm) * std::exp(-std::pow(way_mm / kFinest_mm, 2) / 2);
+        means += weight * at_node[k][asked].mean;
+        variances += weight * at_node[k][asked].variance;
+        all += weight;
+      }
+      mean_mm[i] = means / all;
+      section.standard_mm[i] = std::sqrt(std::pow(section.standard_mm[i], 2) + variances / all);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
       const std::size_t before = outline.Previous(i), next = outline.Next(i);
       const double length_mm = (outline.nodes()[next].point_mm - outline.nodes()[before].point_mm).norm();
       slopes.push_back((mean_mm[next] - mean_mm[before]) / std::max(1e-6, length_mm));
-      section.standard_mm[i] = std::sqrt(std::pow(section.standard_mm[i], 2) + at_node[i][asked].variance);
     }
     section.outline = outline.Offset(mean_mm, slopes);
     return section;

@@ -70,6 +70,7 @@ std::vector<TargetCircle> NominalCircles(const CamberProfile& profile) {
 struct EndContact {
   Vector2d nominal_mm, normal;
   double outward_mm = 0, sigma_mm = 0;
+  double ahead_mm = 0;  // and counter-clockwise of it
 };
 
 EndContact Between(const TargetCircle& nominal, const TargetCircle& target, const Vector2d& nominal_normal,
@@ -77,7 +78,9 @@ EndContact Between(const TargetCircle& nominal, const TargetCircle& target, cons
   EndContact contact;
   contact.nominal_mm = nominal.centre_mm + nominal.radius_mm * nominal_normal;
   contact.normal = nominal_normal;
-  contact.outward_mm = nominal_normal.dot(target.centre_mm + target.radius_mm * target_normal - contact.nominal_mm);
+  const Vector2d off_mm = target.centre_mm + target.radius_mm * target_normal - contact.nominal_mm;
+  contact.outward_mm = nominal_normal.dot(off_mm);
+  contact.ahead_mm = LeftOf(nominal_normal).dot(off_mm);
   contact.sigma_mm = std::hypot(LeftOf(along).dot(nominal_normal) * target.across_sigma_mm, target.radius_sigma_mm);
   return contact;
 }
@@ -86,9 +89,6 @@ EndContact Between(const TargetCircle& nominal, const TargetCircle& target, cons
 // contacts and the tip lie where they are to lie.
 void AddEnd(const Outline& nominal, const EndContact& first, const EndContact& second, const CamberExtension& tip,
             const TargetEnd& end, Maker* maker) {
-  const double from_mm = nominal.At(nominal.Nearest(first.nominal_mm));
-  double to_mm = nominal.At(nominal.Nearest(second.nominal_mm));
-  if (to_mm < from_mm) to_mm += nominal.length_mm();
   Eigen::MatrixXd rows(3, 3);
   rows << first.normal.transpose(), 1, second.normal.transpose(), 1, tip.outward.transpose(), 1;
   // A tip between normals that are its own would not tell growth from motion.
@@ -96,6 +96,14 @@ void AddEnd(const Outline& nominal, const EndContact& first, const EndContact& s
   const Eigen::Vector3d outward(first.outward_mm, second.outward_mm, end.outward_mm);
   const Eigen::Vector3d sigma(first.sigma_mm, second.sigma_mm, end.sigma_mm);
   const Eigen::Vector3d moved = inverse * outward;
+  // From where the first circle touches to where the second does: the end slides along the contacts, and would overlap them.
+  const auto slid = [&](const EndContact& contact) {
+    return nominal.At(nominal.Nearest(contact.nominal_mm)) + contact.ahead_mm -
+           LeftOf(contact.normal).dot(moved.head<2>());
+  };
+  const double from_mm = slid(first);
+  double to_mm = slid(second);
+  if (to_mm < from_mm) to_mm += nominal.length_mm();
   for (int k = 1; k < kEndPoints; ++k) {
     const OutlinePlace place = nominal.PlaceAt(from_mm + (to_mm - from_mm) * k / kEndPoints);
     const Vector2d normal = nominal.NormalAt(place);
