@@ -6,6 +6,7 @@
 #include "storage/optional_reals.h"
 #include "storage/plant_registry.h"
 #include "storage/requests.h"
+#include "storage/shape_region_columns.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -145,11 +146,8 @@ absl::Status InsertShapeRegions(Transaction& transaction, const PartRow& part) {
   int index = 0;
   for (const ShapeRegionRow& region : part.shape_regions) {
     Params row;
-    row.Text(part.part_id).Int(part.revision).Int(index++).Text(region.region);
-    for (const auto* const values : {&region.minimum_in_part_mm, &region.maximum_in_part_mm, &region.facing_in_part})
-      AddOptionalReals(*values, &row);
-    row.OptionalReal(region.facing_within_deg).Text(region.kind).OptionalReal(region.allowance_mm);
-    row.OptionalReal(region.lower_mm).OptionalReal(region.upper_mm);
+    row.Text(part.part_id).Int(part.revision).Int(index++);
+    AddShapeRegion(region, &row);
     if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertShapeRegion, row); !inserted.ok())
       return inserted.status();
   }
@@ -159,10 +157,7 @@ absl::Status InsertShapeRegions(Transaction& transaction, const PartRow& part) {
 absl::Status ReadShapeRegions(Transaction& transaction, const Params& key, PartRow* part) {
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectShapeRegions, key);
   if (!rows.ok()) return rows.status();
-  for (int row = 0; row < rows->count(); ++row)
-    part->shape_regions.push_back({rows->Text(row, 0), OptionalRealsAt(*rows, row, 1), OptionalRealsAt(*rows, row, 2),
-                                   OptionalRealsAt(*rows, row, 3), rows->OptionalReal(row, 4), rows->Text(row, 5),
-                                   rows->OptionalReal(row, 6), rows->OptionalReal(row, 7), rows->OptionalReal(row, 8)});
+  for (int row = 0; row < rows->count(); ++row) part->shape_regions.push_back(ShapeRegionAt(*rows, row, 0));
   return rows->status();
 }
 

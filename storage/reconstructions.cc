@@ -5,9 +5,9 @@
 #include "storage/blobs.h"
 #include "storage/children.h"
 #include "storage/one_read.h"
-#include "storage/optional_reals.h"
 #include "storage/postgres_results.h"
 #include "storage/scan_keys.h"
+#include "storage/shape_region_columns.h"
 #include "storage/three.h"
 
 namespace sixpoint::storage {
@@ -148,28 +148,17 @@ ReconstructionRow ReadRow(const Rows& rows, int row) {
 }
 
 Params RegionParams(const std::string& id, std::size_t index, const ReconstructionRegionRow& region) {
-  const ShapeRegionRow& applied = region.applied;
   Params params;
-  params.Uuid(id).Int(static_cast<std::int64_t>(index)).Text(applied.region);
-  for (const auto* const values : {&applied.minimum_in_part_mm, &applied.maximum_in_part_mm, &applied.facing_in_part})
-    AddOptionalReals(*values, &params);
-  params.OptionalReal(applied.facing_within_deg).Text(applied.kind).OptionalReal(applied.allowance_mm);
-  params.OptionalReal(applied.lower_mm).OptionalReal(applied.upper_mm).Real(region.area_mm2).Real(region.seen_part);
+  params.Uuid(id).Int(static_cast<std::int64_t>(index));
+  AddShapeRegion(region.applied, &params);
+  params.Real(region.area_mm2).Real(region.seen_part);
   params.Int(region.patch_count).OptionalReal(region.least_allowance_um).OptionalReal(region.least_spare_um);
   return params.Real(region.greatest_band_use).OptionalReal(region.worst_fixed_um).OptionalReal(region.worst_datum_um);
 }
 
 ReconstructionRegionRow ReadRegion(const Rows& rows, int row) {
   ReconstructionRegionRow region;
-  region.applied = {rows.Text(row, 1),
-                    OptionalRealsAt(rows, row, 2),
-                    OptionalRealsAt(rows, row, 3),
-                    OptionalRealsAt(rows, row, 4),
-                    rows.OptionalReal(row, 5),
-                    rows.Text(row, 6),
-                    rows.OptionalReal(row, 7),
-                    rows.OptionalReal(row, 8),
-                    rows.OptionalReal(row, 9)};
+  region.applied = ShapeRegionAt(rows, row, 1);
   region.area_mm2 = rows.Real(row, 10);
   region.seen_part = rows.Real(row, 11);
   region.patch_count = static_cast<int>(rows.Int(row, 12));

@@ -5,14 +5,14 @@
 #include <vector>
 
 #include "metrology/reconstruction/blank_patch.h"
-#include "metrology/reconstruction/free_form_deformation.h"
-#include "metrology/surface/surface.h"
+#include "metrology/reconstruction/surface_foot.h"
 
 namespace sixpoint::metrology {
 
-// Signed distance of each patch from the deformed design, mm, positive outside; deformation: null for the design itself. Unset: no surface within
-// farthest_mm that looks as the patch does. The same bits on any number of threads.
-std::vector<std::optional<double>> StockOver(const Surface& design, const FreeFormDeformation* deformation,
-                                             const std::vector<BlankPatch>& blank, double farthest_mm, int threads);
+// The foot of each patch on the deformed design: its distance, positive outside, is the stock there. deformation: null for the design itself. Unset: no
+// surface within farthest_mm that looks as the patch does. The same bits on any number of threads.
+std::vector<std::optional<SurfaceFoot>> FeetOfBlank(const Surface& design, const FreeFormDeformation* deformation,
+                                                    const std::vector<BlankPatch>& blank, double farthest_mm,
+                                                    int threads);
 
 }  // namespace sixpoint::metrology

@@ -104,11 +104,15 @@ absl::StatusOr<ReconstructedBlank> ReconstructBlank(const clients::ScanClient& s
   auto found = metrology::ReconstructShape(*design, made.blank, regions.kernel, options);
   if (!found.ok()) return AsAsked(found.status());
   made.found = *std::move(found);
-  made.stock_mm = metrology::StockOver(*blade.surface, made.found.deformation ? &*made.found.deformation : nullptr,
-                                       made.blank, options.greatest_stock_mm, threads);
-  for (const metrology::BlankPatch& patch : made.blank) {
-    const metrology::SurfacePoint on = blade.surface->Closest(patch.point_mm);
-    made.region_of.push_back(metrology::RegionAt(regions.kernel, on.point_mm, patch.normal));
+  const auto feet = metrology::FeetOfBlank(*blade.surface, made.found.deformation ? &*made.found.deformation : nullptr,
+                                           made.blank, options.greatest_stock_mm, threads);
+  for (std::size_t i = 0; i < feet.size(); ++i) {
+    made.stock_mm.push_back(feet[i] ? std::optional<double>(feet[i]->distance_mm) : std::nullopt);
+    // Where no wall looks alike, the nearest place's.
+    const Eigen::Vector3d place_mm =
+        feet[i] ? feet[i]->place_mm : blade.surface->Closest(made.blank[i].point_mm).point_mm;
+    const Eigen::Vector3d normal = feet[i] ? feet[i]->design_normal : made.blank[i].normal;
+    made.region_of.push_back(metrology::RegionAt(regions.kernel, place_mm, normal));
   }
   return made;
 }

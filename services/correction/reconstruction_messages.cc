@@ -4,6 +4,8 @@
 #include <string>
 
 #include "services/runtime/resource_name.h"
+#include "services/runtime/row_geometry.h"
+#include "services/runtime/shape_region_proto.h"
 #include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
@@ -13,22 +15,9 @@ namespace {
 
 absl::Status ToProto(const storage::ReconstructionRegionRow& row, const std::string& what,
                      v1::ReconstructedRegion* out) {
-  const storage::ShapeRegionRow& applied = row.applied;
-  plant::v1::ShapeRegion& region = *out->mutable_region();
-  region.set_region(applied.region);
-  if (!applied.minimum_in_part_mm.empty())
-    runtime::SetPoint(applied.minimum_in_part_mm, region.mutable_minimum_in_part_mm());
-  if (!applied.maximum_in_part_mm.empty())
-    runtime::SetPoint(applied.maximum_in_part_mm, region.mutable_maximum_in_part_mm());
-  if (!applied.facing_in_part.empty()) runtime::SetDirection(applied.facing_in_part, region.mutable_facing_in_part());
-  if (applied.facing_within_deg) region.set_facing_within_deg(*applied.facing_within_deg);
-  region.set_rest(!region.has_minimum_in_part_mm() && !region.has_maximum_in_part_mm() && !region.has_facing_in_part());
-  const auto kind = runtime::StoredEnum(plant::v1::ShapeRegionKind_Parse, "SHAPE_REGION_KIND_" + applied.kind, what);
-  if (!kind.ok()) return kind.status();
-  region.set_kind(*kind);
-  if (applied.allowance_mm) region.set_allowance_mm(*applied.allowance_mm);
-  if (applied.lower_mm) region.set_lower_mm(*applied.lower_mm);
-  if (applied.upper_mm) region.set_upper_mm(*applied.upper_mm);
+  runtime::ToProto(row.applied, out->mutable_region());
+  if (out->region().kind() == plant::v1::SHAPE_REGION_KIND_UNSPECIFIED)
+    return absl::DataLossError(what + ": its " + row.applied.kind + " is none that this release knows");
   out->set_area_mm2(row.area_mm2);
   out->set_seen_part(row.seen_part);
   out->set_patch_count(row.patch_count);
@@ -75,11 +64,6 @@ void ToProto(const storage::ReconstructionMethodRow& row, v1::ReconstructionMeth
   out->set_finest_spacing_mm(row.finest_spacing_mm);
   out->set_blend_mm(row.blend_mm);
   out->set_coverage_factor(row.coverage_factor);
-}
-
-template <typename Numbers, typename Out>
-void AddSlice(const Numbers& numbers, std::size_t first, std::size_t end, Out* out) {
-  for (std::size_t i = first; i < end; ++i) out->Add(static_cast<typename Out::value_type>(numbers[i]));
 }
 
 }  // namespace
@@ -133,11 +117,11 @@ void LeaveBasic(v1::Reconstruction* reconstruction) { reconstruction->clear_hold
 v1::BlankPatches ToProto(const storage::BlankPatchesRow& patches, std::size_t first, std::size_t most) {
   v1::BlankPatches out;
   const std::size_t end = std::min(patches.stock_um.size(), first + most);
-  AddSlice(patches.points_in_part_mm, 3 * first, 3 * end, out.mutable_points_in_part_mm());
-  AddSlice(patches.normals_in_part, 3 * first, 3 * end, out.mutable_normals_in_part());
-  AddSlice(patches.expanded_uncertainties_um, first, end, out.mutable_expanded_uncertainties_um());
-  AddSlice(patches.stock_um, first, end, out.mutable_stock_um());
-  AddSlice(patches.regions, first, end, out.mutable_regions());
+  runtime::AddSlice(patches.points_in_part_mm, 3 * first, 3 * end, out.mutable_points_in_part_mm());
+  runtime::AddSlice(patches.normals_in_part, 3 * first, 3 * end, out.mutable_normals_in_part());
+  runtime::AddSlice(patches.expanded_uncertainties_um, first, end, out.mutable_expanded_uncertainties_um());
+  runtime::AddSlice(patches.stock_um, first, end, out.mutable_stock_um());
+  runtime::AddSlice(patches.regions, first, end, out.mutable_regions());
   return out;
 }
 

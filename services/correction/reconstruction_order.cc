@@ -8,13 +8,12 @@
 #include "refusal/message_text.h"
 #include "services/runtime/contract_words.h"
 #include "services/runtime/errors.h"
-#include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/surface_where.h"
 
 namespace sixpoint::correction {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
 // Bytes of a lattice's factor, at most: more than a blade of a hand's size takes at a millimetre.
 constexpr double kMostFactorBytes = 4e9;
 
@@ -51,13 +50,7 @@ storage::ShapeRegionRow RowOf(const plant::v1::ShapeRegion& region) {
 metrology::ShapeRegion KernelOf(const storage::ShapeRegionRow& row) {
   metrology::ShapeRegion region;
   region.name = row.region;
-  const auto three = [](const std::vector<double>& of) { return Eigen::Vector3d(of.at(0), of.at(1), of.at(2)); };
-  if (!row.minimum_in_part_mm.empty()) region.where.minimum_mm = three(row.minimum_in_part_mm);
-  if (!row.maximum_in_part_mm.empty()) region.where.maximum_mm = three(row.maximum_in_part_mm);
-  if (!row.facing_in_part.empty()) {
-    region.where.facing = three(row.facing_in_part);
-    region.where.facing_within_rad = row.facing_within_deg.value() * kRad;
-  }
+  region.where = runtime::WhereOf<metrology::SurfaceRegion>(row);
   region.rest = row.minimum_in_part_mm.empty() && row.maximum_in_part_mm.empty() && row.facing_in_part.empty();
   region.kind = row.kind == "MACHINED" ? metrology::RegionKind::kMachined
                 : row.kind == "FIXED"  ? metrology::RegionKind::kFixed

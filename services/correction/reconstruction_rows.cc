@@ -11,6 +11,7 @@
 #include "services/correction/lattice_bytes.h"
 #include "services/runtime/little_endian.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/row_geometry.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::correction {
@@ -21,14 +22,9 @@ constexpr double kTo_deg = 180 / 3.14159265358979323846;
 constexpr double kExpanded = 2;  // 95 %
 constexpr std::size_t kMostHolds = 100;
 
-// Kept and answered as float: what reads back is what was digested.
-double Short(double value) { return static_cast<double>(static_cast<float>(value)); }
-
 std::optional<double> In_um(const std::optional<double>& mm) {
   return mm ? std::optional<double>(kTo_um * *mm) : std::nullopt;
 }
-
-std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 std::string WordOf(metrology::LimitKind kind) {
   switch (kind) {
@@ -83,8 +79,8 @@ std::vector<storage::ReconstructionHoldRow> HoldRowsOf(const std::vector<metrolo
     row.upper = place.most;
     row.limit_mm = place.limit_mm;
     row.share = place.share;
-    row.place_in_part_mm = ThreeOf(place.place_mm);
-    row.normal_in_part = ThreeOf(place.normal);
+    row.place_in_part_mm = runtime::ThreeOf(place.place_mm);
+    row.normal_in_part = runtime::ThreeOf(place.normal);
     if (place.patch) row.patch = static_cast<int>(*place.patch);
   }
   return rows;
@@ -102,10 +98,10 @@ storage::BlankPatchesRow PatchesRowOf(const ReconstructedBlank& made) {
     const metrology::BlankPatch& patch = made.blank[i];
     for (int k = 0; k < 3; ++k) {
       row.points_in_part_mm.push_back(patch.point_mm[k]);
-      row.normals_in_part.push_back(Short(patch.normal[k]));
+      row.normals_in_part.push_back(runtime::Short(patch.normal[k]));
     }
-    row.expanded_uncertainties_um.push_back(Short(kTo_um * kExpanded * patch.standard_uncertainty_mm));
-    row.stock_um.push_back(made.stock_mm[i] ? Short(kTo_um * *made.stock_mm[i])
+    row.expanded_uncertainties_um.push_back(runtime::Short(kTo_um * kExpanded * patch.standard_uncertainty_mm));
+    row.stock_um.push_back(made.stock_mm[i] ? runtime::Short(kTo_um * *made.stock_mm[i])
                                             : std::numeric_limits<double>::quiet_NaN());
     row.regions.push_back(static_cast<std::int64_t>(made.region_of[i]));
   }

@@ -9,6 +9,7 @@
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
+#include "services/runtime/surface_where.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::inspection {
@@ -34,14 +35,6 @@ void ToProto(const storage::DeviationRegionRow& row, v1::DeviationStatistics* ou
   out->set_p95_um(row.values->p95_um);
   ToProto(row.values->lowest, out->mutable_lowest());
   ToProto(row.values->highest, out->mutable_highest());
-}
-
-void BoundsToProto(const storage::DeviationRegionRow& row, v1::SurfaceRegion* out) {
-  out->set_region(row.region);
-  if (!row.minimum_in_part_mm.empty()) runtime::SetPoint(row.minimum_in_part_mm, out->mutable_minimum_in_part_mm());
-  if (!row.maximum_in_part_mm.empty()) runtime::SetPoint(row.maximum_in_part_mm, out->mutable_maximum_in_part_mm());
-  if (!row.facing_in_part.empty()) runtime::SetDirection(row.facing_in_part, out->mutable_facing_in_part());
-  if (row.facing_within_deg) out->set_facing_within_deg(*row.facing_within_deg);
 }
 
 absl::Status ToProto(const storage::DeviationProfileRow& row, const std::string& what, v1::ProfileFinding* out) {
@@ -78,11 +71,6 @@ absl::Status ToProto(const storage::DeviationProfileRow& row, const std::string&
   return absl::OkStatus();
 }
 
-template <typename Numbers, typename Out>
-void AddSlice(const Numbers& numbers, std::size_t first, std::size_t end, Out* out) {
-  for (std::size_t i = first; i < end; ++i) out->Add(static_cast<typename Out::value_type>(numbers[i]));
-}
-
 }  // namespace
 
 absl::StatusOr<v1::DeviationMap> ToProto(const storage::DeviationMapRow& row) {
@@ -103,7 +91,10 @@ absl::StatusOr<v1::DeviationMap> ToProto(const storage::DeviationMapRow& row) {
   points.set_far_off(row.far_off_count);
   for (const storage::DeviationRegionRow& region : row.regions) {
     ToProto(region, map.add_statistics());
-    if (!region.region.empty()) BoundsToProto(region, map.add_regions());
+    if (region.region.empty()) continue;
+    v1::SurfaceRegion& asked = *map.add_regions();
+    asked.set_region(region.region);
+    runtime::SetWhere(region, &asked);
   }
   const auto budget = clients::BudgetOf(map.name(), row.budget_sources, row.budget_um);
   if (!budget.ok()) return budget.status();
@@ -136,12 +127,12 @@ void LeaveBasic(v1::DeviationMap* map) {
 v1::DeviationPatches ToProto(const storage::DeviationPatchesRow& patches, std::size_t first, std::size_t count) {
   const std::size_t end = std::min(first + count, patches.areas_mm2.size());
   v1::DeviationPatches out;
-  AddSlice(patches.centres_in_part_mm, 3 * first, 3 * end, out.mutable_centres_in_part_mm());
-  AddSlice(patches.normals_in_part, 3 * first, 3 * end, out.mutable_normals_in_part());
-  AddSlice(patches.areas_mm2, first, end, out.mutable_areas_mm2());
-  AddSlice(patches.point_counts, first, end, out.mutable_point_counts());
-  AddSlice(patches.means_um, first, end, out.mutable_means_um());
-  AddSlice(patches.expanded_uncertainties_um, first, end, out.mutable_expanded_uncertainties_um());
+  runtime::AddSlice(patches.centres_in_part_mm, 3 * first, 3 * end, out.mutable_centres_in_part_mm());
+  runtime::AddSlice(patches.normals_in_part, 3 * first, 3 * end, out.mutable_normals_in_part());
+  runtime::AddSlice(patches.areas_mm2, first, end, out.mutable_areas_mm2());
+  runtime::AddSlice(patches.point_counts, first, end, out.mutable_point_counts());
+  runtime::AddSlice(patches.means_um, first, end, out.mutable_means_um());
+  runtime::AddSlice(patches.expanded_uncertainties_um, first, end, out.mutable_expanded_uncertainties_um());
   return out;
 }
 

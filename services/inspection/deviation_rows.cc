@@ -9,10 +9,11 @@
 
 #include "services/clients/error_sources.h"
 #include "services/clients/registered_row.h"
-#include "services/inspection/row_geometry.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/little_endian.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/row_geometry.h"
+#include "services/runtime/surface_where.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::inspection {
@@ -26,13 +27,10 @@ constexpr char kRule[] =
     "seen, not conform where one "
     "patch is beyond a limit by more than its U; U: 95 %";
 
-// Kept and answered as float: what reads back is what was digested.
-double Short(double value) { return static_cast<double>(static_cast<float>(value)); }
-
 storage::DeviationPatchRow PatchRowOf(const metrology::DeviationField& field, std::uint32_t patch, double mean_mm,
                                       double expanded_uncertainty_mm) {
   return {static_cast<int>(patch), kTo_um * mean_mm, kTo_um * expanded_uncertainty_mm,
-          ThreeOf(field.surface->patches()[patch].centre_mm)};
+          runtime::ThreeOf(field.surface->patches()[patch].centre_mm)};
 }
 
 storage::DeviationRegionRow RegionRowOf(const metrology::DeviationField& field,
@@ -54,16 +52,11 @@ storage::DeviationRegionRow RegionRowOf(const metrology::DeviationField& field,
 
 void SetBounds(const DeviationOrder::Region& region, storage::DeviationRegionRow* row) {
   row->region = region.name;
-  if (region.region.minimum_mm) row->minimum_in_part_mm = ListOf(*region.region.minimum_mm);
-  if (region.region.maximum_mm) row->maximum_in_part_mm = ListOf(*region.region.maximum_mm);
+  if (region.region.minimum_mm) row->minimum_in_part_mm = runtime::ListOf(*region.region.minimum_mm);
+  if (region.region.maximum_mm) row->maximum_in_part_mm = runtime::ListOf(*region.region.maximum_mm);
   if (!region.region.facing) return;
-  row->facing_in_part = ListOf(*region.region.facing);
+  row->facing_in_part = runtime::ListOf(*region.region.facing);
   row->facing_within_deg = region.region.facing_within_rad / kRad;
-}
-
-std::optional<Eigen::Vector3d> VectorOf(const std::vector<double>& three) {
-  if (three.size() != 3) return std::nullopt;
-  return Eigen::Vector3d(three[0], three[1], three[2]);
 }
 
 storage::DeviationProfileRow ProfileRowOf(const metrology::DeviationField& field, const DeviationOrder& order,
@@ -95,7 +88,7 @@ storage::DeviationProfileRow ProfileRowOf(const metrology::DeviationField& field
     if (row.areas.size() == kMostAreas) break;
     row.areas.push_back({area.above, area.area_mm2, static_cast<int>(area.patch_count),
                          PatchRowOf(field, area.worst, area.worst_mm, area.worst_expanded_uncertainty_mm),
-                         ThreeOf(area.minimum_mm), ThreeOf(area.maximum_mm)});
+                         runtime::ThreeOf(area.minimum_mm), runtime::ThreeOf(area.maximum_mm)});
   }
   return row;
 }
@@ -108,12 +101,13 @@ storage::DeviationPatchesRow PatchesRowOf(const metrology::DeviationField& field
     const metrology::PatchDeviation& found = field.patches[p];
     for (int k = 0; k < 3; ++k) {
       row.centres_in_part_mm.push_back(patch.centre_mm[k]);
-      row.normals_in_part.push_back(Short(patch.normal[k]));
+      row.normals_in_part.push_back(runtime::Short(patch.normal[k]));
     }
-    row.areas_mm2.push_back(Short(patch.area_mm2));
+    row.areas_mm2.push_back(runtime::Short(patch.area_mm2));
     row.point_counts.push_back(found.point_count);
-    row.means_um.push_back(found.mean_mm ? Short(kTo_um * *found.mean_mm) : not_seen);
-    row.expanded_uncertainties_um.push_back(found.mean_mm ? Short(kTo_um * found.expanded_uncertainty_mm) : not_seen);
+    row.means_um.push_back(found.mean_mm ? runtime::Short(kTo_um * *found.mean_mm) : not_seen);
+    row.expanded_uncertainties_um.push_back(found.mean_mm ? runtime::Short(kTo_um * found.expanded_uncertainty_mm)
+                                                          : not_seen);
   }
   return row;
 }
@@ -199,12 +193,7 @@ runtime::Made<storage::DeviationMapRow> RecordOf(const clients::RegisteredBlade&
 }
 
 metrology::SurfaceRegion BoundsOf(const storage::DeviationRegionRow& row) {
-  metrology::SurfaceRegion region;
-  region.minimum_mm = VectorOf(row.minimum_in_part_mm);
-  region.maximum_mm = VectorOf(row.maximum_in_part_mm);
-  region.facing = VectorOf(row.facing_in_part);
-  if (row.facing_within_deg) region.facing_within_rad = kRad * *row.facing_within_deg;
-  return region;
+  return runtime::WhereOf<metrology::SurfaceRegion>(row);
 }
 
 }  // namespace sixpoint::inspection

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "services/clients/error_sources.h"
-#include "services/inspection/row_geometry.h"
+#include "services/runtime/row_geometry.h"
 #include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
 
@@ -52,8 +52,8 @@ storage::HoleDetailRow ValuesRowOf(const metrology::HoleFinding& finding) {
   storage::HoleDetailRow row;
   row.measured_by = finding.instrument == metrology::HoleInstrument::kBore ? "BORE" : "PIN";
   row.along_is = TextOf(displacement.directions.reference);
-  row.along_in_part = ThreeOf(displacement.directions.along);
-  row.across_in_part = ThreeOf(displacement.directions.across);
+  row.along_in_part = runtime::ThreeOf(displacement.directions.along);
+  row.across_in_part = runtime::ThreeOf(displacement.directions.across);
   row.along_um = Lengths(displacement.along);
   row.across_um = Lengths(displacement.across);
   row.inclination_along_deg = Degrees(displacement.inclination_along);

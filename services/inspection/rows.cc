@@ -6,9 +6,9 @@
 
 #include "services/clients/registered_row.h"
 #include "services/inspection/hole_value_rows.h"
-#include "services/inspection/row_geometry.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/row_geometry.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -42,8 +42,8 @@ void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metro
                                                            finding.error.inclination_rad / kRad,
                                                            finding.position_expanded_uncertainty_mm * 1e3,
                                                            finding.inclination_expanded_uncertainty_rad / kRad,
-                                                           ThreeOf(finding.error.start_in_part_mm),
-                                                           ThreeOf(finding.error.axis_in_part),
+                                                           runtime::ThreeOf(finding.error.start_in_part_mm),
+                                                           runtime::ThreeOf(finding.error.axis_in_part),
                                                            2 * finding.pin_radius_mm};
     }
     hole.position_tolerance_mm = holes[i].position_tolerance_mm;

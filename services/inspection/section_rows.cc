@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "services/clients/registered_row.h"
-#include "services/inspection/row_geometry.h"
 #include "services/runtime/little_endian.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/row_geometry.h"
 #include "services/runtime/stored_geometry.h"
 #include "storage/blobs.h"
 
@@ -120,11 +120,11 @@ void AddSpan(const char* parameter, const char* unit, const std::optional<SpanFi
 storage::SectionRow SectionRowOf(const SectionOrder::Section& section, const SectionFinding& finding) {
   storage::SectionRow row;
   row.section = section.name;
-  row.origin_in_part_mm = ThreeOf(section.plane.origin_mm);
-  row.normal_in_part = ThreeOf(section.plane.normal);
-  row.reference_in_part = ThreeOf(section.plane.reference);
-  if (section.leading_mm) row.leading_in_part_mm = ListOf(*section.leading_mm);
-  if (section.near_mm) row.near_in_part_mm = ListOf(*section.near_mm);
+  row.origin_in_part_mm = runtime::ThreeOf(section.plane.origin_mm);
+  row.normal_in_part = runtime::ThreeOf(section.plane.normal);
+  row.reference_in_part = runtime::ThreeOf(section.plane.reference);
+  if (section.leading_mm) row.leading_in_part_mm = runtime::ListOf(*section.leading_mm);
+  if (section.near_mm) row.near_in_part_mm = runtime::ListOf(*section.near_mm);
   row.point_count = finding.evidence.used_count;
   row.outlier_count = finding.evidence.outlier_count;
   row.reason = finding.reason;
@@ -186,7 +186,7 @@ runtime::Made<storage::SectionMeasurementRow> RecordOf(const clients::Registered
   row.half_width_mm = order.half_width_mm;
   row.reference_section = order.sections[order.reference].name;
   if (order.neighbour) {
-    row.neighbour_offset_in_part_mm = ListOf(order.neighbour->offset_mm);
+    row.neighbour_offset_in_part_mm = runtime::ListOf(order.neighbour->offset_mm);
     row.neighbour_standard_uncertainty_um = kTo_um * order.neighbour->standard_uncertainty_mm;
   }
   int measured = 0;

@@ -1,10 +1,10 @@
 // Drawings as messages.
 #include "services/plant/messages.h"
-#include "services/plant/surface_where.h"
 #include "services/runtime/contract_words.h"
 #include "services/runtime/decision_rule_proto.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_geometry.h"
+#include "services/runtime/surface_where.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::plant {
@@ -40,7 +40,7 @@ void Set(const storage::DrawingSectionRow& row, v1::DrawingSection* to) {
 
 void Set(const storage::DrawingRegionRow& row, v1::DrawingRegion* to) {
   to->set_region(row.region);
-  SetWhere(row, to);
+  runtime::SetWhere(row, to);
 }
 
 void Set(const storage::CharacteristicRow& row, v1::Characteristic* to) {

@@ -3,9 +3,9 @@
 #include <google/protobuf/util/json_util.h>
 
 #include "services/plant/model_template.h"
-#include "services/plant/surface_where.h"
 #include "services/runtime/contract_words.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/shape_region_proto.h"
 #include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
 
@@ -115,16 +115,6 @@ void ToProto(const storage::StationRow& row, v1::Station* station) {
   station->set_capture_mm(row.capture_mm);
 }
 
-void ToProto(const storage::ShapeRegionRow& row, v1::ShapeRegion* region) {
-  region->set_region(row.region);
-  SetWhere(row, region);
-  region->set_rest(row.minimum_in_part_mm.empty() && row.maximum_in_part_mm.empty() && row.facing_in_part.empty());
-  region->set_kind(runtime::ValueOf<v1::ShapeRegionKind>(row.kind));
-  if (row.allowance_mm) region->set_allowance_mm(*row.allowance_mm);
-  if (row.lower_mm) region->set_lower_mm(*row.lower_mm);
-  if (row.upper_mm) region->set_upper_mm(*row.upper_mm);
-}
-
 }  // namespace
 
 v1::Machine ToProto(const storage::MachineRow& row) {
@@ -208,7 +198,7 @@ v1::Part ToProto(const storage::PartRow& row) {
   }
   SetNominal(row, part.mutable_zero_from_part_nominal());
   for (const storage::StationRow& station : row.stations) ToProto(station, part.add_stations());
-  for (const storage::ShapeRegionRow& region : row.shape_regions) ToProto(region, part.add_shape_regions());
+  for (const storage::ShapeRegionRow& region : row.shape_regions) runtime::ToProto(region, part.add_shape_regions());
   if (row.thermal_expansion) ToProto(*row.thermal_expansion, part.mutable_thermal_expansion());
   ToProto(row.tessellation, part.mutable_surface());
   runtime::ToProto(row.recorded.recorded_at, part.mutable_created_at());

@@ -38,12 +38,4 @@ absl::Status ReadWhere(const std::string& at, const Message& in, Row* row) {
   return refusals.status();
 }
 
-template <typename Row, typename Message>
-void SetWhere(const Row& row, Message* to) {
-  if (!row.minimum_in_part_mm.empty()) runtime::SetPoint(row.minimum_in_part_mm, to->mutable_minimum_in_part_mm());
-  if (!row.maximum_in_part_mm.empty()) runtime::SetPoint(row.maximum_in_part_mm, to->mutable_maximum_in_part_mm());
-  if (!row.facing_in_part.empty()) runtime::SetDirection(row.facing_in_part, to->mutable_facing_in_part());
-  if (row.facing_within_deg) to->set_facing_within_deg(*row.facing_within_deg);
-}
-
 }  // namespace sixpoint::plant

@@ -6,7 +6,6 @@
 
 #include "metrology/cad/tessellation.h"
 #include "metrology/cloud/draco_codec.h"
-#include "metrology/reconstruction/blank_stock.h"
 #include "metrology/reconstruction/measured_blank.h"
 #include "metrology/reconstruction/reconstruct_shape.h"
 #include "tests/metrology/correction/exact_pose.h"
