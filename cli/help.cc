@@ -146,6 +146,7 @@ constexpr Example kExamples[] = {
      "sixpoint correct --registration ID --template program.nc --out corrected.nc\n"
      "sixpoint correct --registration ID --template program.nc --out - | post\n"
      "sixpoint correct --registration ID --model block-1-edm --out corrected.nc\n"
+     "sixpoint correct --registration ID --model edges --reconstruction ID --out edges.nc\n"
      "sixpoint correct --blade SN-1 --scans sn1_local --method local --model block-1-edm --out corrected.nc"},
     {"correction draws", "sixpoint correction draws 7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11 --count 50000"},
     {"inspect", "sixpoint inspect --blade SN-1 --scans sn1_pins_1,sn1_pins_2 --method six-point-normals"},

@@ -205,6 +205,15 @@ std::string ChecksText(const correction::v1::Correction& correction) {
   return table.ToText();
 }
 
+std::string AdaptationText(const correction::v1::CorrectedGroup& group) {
+  if (!group.has_adaptation()) return "";
+  const correction::v1::PathAdaptation& adaptation = group.adaptation();
+  return group.group() + ": with the shape it goes up to " + Fixed(adaptation.greatest_shift_mm(), 3) + " mm and " +
+         Fixed(adaptation.greatest_turn_deg(), 3) + " deg off its template; cuts up to " +
+         Fixed(adaptation.gouge_um(), 2) + " um deeper and leaves up to " + Fixed(adaptation.rest_um(), 2) +
+         " um more than that of the design\n";
+}
+
 }  // namespace
 
 std::string CorrectionText(const correction::v1::Correction& correction) {
@@ -215,6 +224,7 @@ std::string CorrectionText(const correction::v1::Correction& correction) {
                      " (mm, deg)\n" + table.ToText();
   for (const std::string& name : correction.axis_characterisations()) text += "angles commanded by " + name + "\n";
   if (!correction.machining_model().empty()) text += "by " + correction.machining_model() + "\n";
+  if (!correction.reconstruction().empty()) text += "on the shape of " + correction.reconstruction() + "\n";
   if (correction.has_proof())
     text += "program proven: " + Grouped(correction.proof().pose_count()) + " poses, at most " +
             Fixed(correction.proof().greatest_difference_um(), 3) + " um and " +
@@ -223,7 +233,7 @@ std::string CorrectionText(const correction::v1::Correction& correction) {
     if (!group.poses().empty())
       text += group.group() + ": a path of " + Grouped(group.poses_size()) + " poses, at most " +
               Fixed(group.greatest_chord_um(), 2) + " um and " + Fixed(group.greatest_axis_deviation_deg(), 4) +
-              " deg off its lines between them\n";
+              " deg off its lines between them\n" + AdaptationText(group);
   text += ChecksText(correction);
   int cut = 0, holes = 0;
   for (const auto& group : correction.groups())

@@ -8,11 +8,12 @@
 namespace sixpoint::storage {
 namespace {
 
-#define SIXPOINT_TOOL_PATH_COLUMNS                                                                             \
-  "tips_mm, nominal_tips_mm, commanded_deg, nominal_deg, reached_deg, tilts_deg, standard_uncertainties_deg, " \
-  "expanded_uncertainties_um, greatest_chord_um, greatest_axis_deviation_deg"
+#define SIXPOINT_TOOL_PATH_COLUMNS                                                                                  \
+  "tips_mm, nominal_tips_mm, commanded_deg, nominal_deg, reached_deg, tilts_deg, standard_uncertainties_deg, "      \
+  "expanded_uncertainties_um, greatest_chord_um, greatest_axis_deviation_deg, adapted_shift_mm, adapted_turn_deg, " \
+  "shape_gouge_um, shape_rest_um"
 constexpr char kInsert[] = "INSERT INTO correction_tool_paths (correction_id, group_name, " SIXPOINT_TOOL_PATH_COLUMNS
-                           ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)";
+                           ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)";
 constexpr char kSelect[] =
     "SELECT group_name, " SIXPOINT_TOOL_PATH_COLUMNS " FROM correction_tool_paths WHERE correction_id = $1";
 #undef SIXPOINT_TOOL_PATH_COLUMNS
@@ -37,6 +38,8 @@ absl::StatusOr<CorrectionToolPathRow> ReadPath(const Rows& rows, int row) {
   CorrectionToolPathRow path;
   path.greatest_chord_um = rows.Real(row, 9);
   path.greatest_axis_deviation_deg = rows.Real(row, 10);
+  if (!rows.IsNull(row, 11))
+    path.adaptation = {rows.Real(row, 11), rows.Real(row, 12), rows.Real(row, 13), rows.Real(row, 14)};
   if (absl::Status read = rows.status(); !read.ok()) return read;
   const std::size_t count = tilts.size();
   if (tips.size() != 3 * count || nominal_tips.size() != 3 * count || commanded.size() != 2 * count ||
@@ -76,6 +79,13 @@ absl::Status InsertCorrectionToolPath(Transaction& transaction, const std::strin
   params.Uuid(correction_id).Text(group).Reals(tips).Reals(nominal_tips).Reals(commanded).Reals(nominal);
   AddOptionalReals(reached, &params);
   params.Reals(tilts).Reals(turns).Reals(starts).Real(path.greatest_chord_um).Real(path.greatest_axis_deviation_deg);
+  if (const auto& adapted = path.adaptation)
+    params.Real(adapted->greatest_shift_mm)
+        .Real(adapted->greatest_turn_deg)
+        .Real(adapted->gouge_um)
+        .Real(adapted->rest_um);
+  else
+    params.Null().Null().Null().Null();
   return transaction.Execute(kInsert, params).status();
 }
 

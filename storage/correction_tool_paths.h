@@ -22,9 +22,14 @@ struct CorrectionToolPoseRow {
   std::array<double, 2> standard_uncertainty_deg{};
   double expanded_uncertainty_um = 0;
 };
+// Of a path that goes with a reconstruction's shape: correction.v1.PathAdaptation.
+struct PathAdaptationRow {
+  double greatest_shift_mm = 0, greatest_turn_deg = 0, gouge_um = 0, rest_um = 0;
+};
 struct CorrectionToolPathRow {
   std::vector<CorrectionToolPoseRow> poses;
   double greatest_chord_um = 0, greatest_axis_deviation_deg = 0;
+  std::optional<PathAdaptationRow> adaptation = {};
 };
 
 absl::Status InsertCorrectionToolPath(Transaction& transaction, const std::string& correction_id,

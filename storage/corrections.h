@@ -95,6 +95,7 @@ struct CorrectionRow {
   std::string clamping;                      // the registration's; empty: not stated
   std::string machining_model_id;            // empty: none was named
   int machining_model_revision = 0;
+  std::string reconstruction_id;            // empty: its paths go as their templates
   std::vector<std::string> budget_sources;  // empty: made before they were kept
   std::vector<CorrectionCheckRow> checks;
   std::vector<CorrectionGroupRow> groups;

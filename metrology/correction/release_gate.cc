@@ -30,6 +30,7 @@ const char* UnitOf(GateCheckKind kind) {
     case GateCheckKind::kAxisUncertainty:
       return " deg";
     case GateCheckKind::kStartUncertainty:
+    case GateCheckKind::kShapeGouge:
       return " um";
     case GateCheckKind::kRegistrationAge:
       return " h";
@@ -123,6 +124,8 @@ std::string NameOf(GateCheckKind kind) {
       return "TOOL_CYLINDER";
     case GateCheckKind::kModelNotNamed:
       return "MODEL_NOT_NAMED";
+    case GateCheckKind::kShapeGouge:
+      return "SHAPE_GOUGE";
   }
   return "";
 }
@@ -161,6 +164,12 @@ std::vector<GateCheck> JudgeHoles(const std::vector<NominalHoleGroup>& groups,
     }
   }
   return {shift.check(), change.check(), start.check(), axis.check()};
+}
+
+GateCheck JudgeShapeGouge(const std::vector<std::pair<std::string, double>>& gouge_um) {
+  Worst gouge(GateCheckKind::kShapeGouge);
+  for (const auto& [path, um] : gouge_um) gouge.Look(path, um, kGreatestShapeGouge_um);
+  return gouge.check();
 }
 
 std::vector<GateCheck> JudgeRegistration(const RegistrationEvidence& evidence, const GateLimits& limits) {

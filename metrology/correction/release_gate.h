@@ -25,6 +25,8 @@ struct GateLimits {
 inline constexpr double kGreatestConditionNumber = 100;
 inline constexpr double kLeastInformationKept = 0.5;
 inline constexpr double kGreatestDisagreement = 4.1;  // as disagreement.h flags it
+// What a surface's own curvature, which a deformation changes, lets a ball cut; fixed surface is held within as much.
+inline constexpr double kGreatestShapeGouge_um = 5;
 
 enum class GateCheckKind {
   kStartShift,         // mm
@@ -47,6 +49,7 @@ enum class GateCheckKind {
   kScrapped,           // count of dispositions by which the blade is scrap
   kToolCylinder,       // mm of clearance; at least
   kModelNotNamed,      // count of machining models of the part, where a template came without one
+  kShapeGouge,         // um deeper into a reconstruction's shape than the template into the design
 };
 std::string NameOf(GateCheckKind kind);  // "START_SHIFT", as ReleaseCheckKind has it
 
@@ -77,6 +80,8 @@ struct RegistrationEvidence {
 std::vector<GateCheck> JudgeHoles(const std::vector<NominalHoleGroup>& groups,
                                   const std::vector<CorrectedHoleGroup>& corrected, const GateLimits& limits,
                                   const std::array<std::string, 2>& axes);
+// Of each path by its name, um.
+GateCheck JudgeShapeGouge(const std::vector<std::pair<std::string, double>>& gouge_um);
 std::vector<GateCheck> JudgeRegistration(const RegistrationEvidence& evidence, const GateLimits& limits);
 
 // A count of things that speak against a release; the first is named.

@@ -1,12 +1,12 @@
 #include "metrology/reconstruction/adapt_path.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
 #include <string>
 
 #include "metrology/frames/pose.h"
 #include "metrology/linear_algebra/singular_values.h"
+#include "metrology/reconstruction/deformed_surface.h"
 #include "metrology/reconstruction/place_grid.h"
 #include "metrology/reconstruction/smooth_step.h"
 #include "refusal/refusal.h"
@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 Matrix3d TurnOf(const Matrix3d& jacobian, const Vector3d& normal) {
   const SingularValueDecomposition decomposed = DecomposeSingular(jacobian);
   const Matrix3d turn = decomposed.left * decomposed.right.transpose();
-  const Vector3d moved = (jacobian.inverse().transpose() * normal).normalized();
+  const Vector3d moved = DeformedNormal(jacobian, normal);
   return Eigen::Quaterniond::FromTwoVectors(turn * normal, moved).toRotationMatrix() * turn;
 }
 

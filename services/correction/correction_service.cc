@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "services/correction/adapt.h"
 #include "services/correction/budget.h"
 #include "services/correction/correct.h"
 #include "services/correction/decide.h"
@@ -70,6 +71,7 @@ v1::CorrectRequest RequestOf(const storage::CorrectionRow& row, const v1::Correc
   request.set_registration(recorded.registration());
   for (const storage::CorrectionGroupRow& group : row.groups) request.add_groups(group.group_name);
   request.set_machining_model(recorded.machining_model());
+  request.set_reconstruction(recorded.reconstruction());
   if (!recorded.machining_model().empty()) return request;  // which states them
   *request.mutable_work_offsets() = recorded.work_offsets();
   *request.mutable_tool_lengths() = recorded.tool_lengths();
@@ -80,10 +82,14 @@ v1::CorrectRequest RequestOf(const storage::CorrectionRow& row, const v1::Correc
 
 CorrectionService::CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
                                      std::shared_ptr<storage::CorrectionEventStore> events,
-                                     std::shared_ptr<const clients::BladePeers> peers, runtime::PoolLimits limits)
+                                     std::shared_ptr<storage::ReconstructionStore> reconstructions,
+                                     std::shared_ptr<const clients::BladePeers> peers, runtime::PoolLimits limits,
+                                     int threads)
     : store_(std::move(store)),
       events_(std::move(events)),
+      reconstructions_(std::move(reconstructions)),
       peers_(std::move(peers)),
+      threads_(threads),
       running_(limits, "corrections", errors::v1::CORRECTIONS_FULL) {
   Metrics();
 }
@@ -137,9 +143,28 @@ absl::StatusOr<v1::Correction> CorrectionService::CorrectOnce(const v1::CorrectR
       [made](const storage::CorrectionRow& row) { return made ? WithProgram(row) : ToProto(row); });
 }
 
+absl::StatusOr<Inputs> CorrectionService::Fetched(const v1::CorrectRequest& request,
+                                                  const runtime::Caller& caller) const {
+  absl::StatusOr<Inputs> inputs = FetchInputs(*peers_, request, caller);
+  if (!inputs.ok()) return inputs;
+  absl::Status adapted = AdaptToShape(*reconstructions_, *peers_, threads_, caller, &*inputs);
+  if (!adapted.ok()) return adapted;
+  return inputs;
+}
+
+absl::StatusOr<Inputs> CorrectionService::FetchedAsRecorded(const v1::Correction& recorded,
+                                                            const v1::CorrectRequest& request,
+                                                            const runtime::Caller& caller) const {
+  absl::StatusOr<Inputs> inputs = FetchAsRecorded(*peers_, recorded, request, caller);
+  if (!inputs.ok()) return inputs;
+  absl::Status adapted = AdaptToShape(*reconstructions_, *peers_, threads_, caller, &*inputs);
+  if (!adapted.ok()) return adapted;
+  return inputs;
+}
+
 absl::StatusOr<runtime::Made<storage::CorrectionRow>> CorrectionService::Make(const v1::CorrectRequest& request,
                                                                               const runtime::Caller& caller) const {
-  absl::StatusOr<Inputs> inputs = FetchInputs(*peers_, request, caller);
+  absl::StatusOr<Inputs> inputs = Fetched(request, caller);
   if (!inputs.ok()) return inputs.status();
   const auto cut = events_->CutHoles(runtime::LastSegment(inputs->registration.blade()), caller.deadline);
   if (!cut.ok()) return cut.status();
@@ -175,6 +200,7 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
   for (const v1::ReleaseCheck& check : recorded->checks())
     if (IsOfTheMoment(check.kind()))
       replay->add_taken_as_recorded("checks[" + v1::ReleaseCheckKind_Name(check.kind()) + "]");
+  if (!recorded->reconstruction().empty()) replay->add_taken_as_recorded("reconstruction");
   runtime::AddInput(*std::move(registration), &*replay);
   *response = *std::move(replay);
   return grpc::Status::OK;
@@ -191,7 +217,7 @@ grpc::Status CorrectionService::ComputeBudget(grpc::ServerContext* context, cons
   if (!recorded.ok()) return ToGrpc(recorded.status());
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
-  const auto inputs = FetchAsRecorded(*peers_, *recorded, RequestOf(*row, *recorded), caller);
+  const auto inputs = FetchedAsRecorded(*recorded, RequestOf(*row, *recorded), caller);
   if (!inputs.ok()) return ToGrpc(inputs.status());
   return runtime::Answer(BudgetOf(*inputs, request->draws(), caller.keep_going), response);
 }
@@ -202,7 +228,7 @@ absl::StatusOr<v1::Correction> CorrectionService::MakeAgain(const storage::Corre
                                                             const runtime::Caller& caller) const {
   v1::CorrectRequest request = RequestOf(row, recorded);
   if (recorded.machining_model().empty()) request.set_nc_template(nc_template);  // else its revision has the same
-  const absl::StatusOr<Inputs> inputs = FetchAsRecorded(*peers_, recorded, request, caller);
+  const absl::StatusOr<Inputs> inputs = FetchedAsRecorded(recorded, request, caller);
   if (!inputs.ok()) return inputs.status();
   const absl::StatusOr<Corrected> corrected = CorrectBlade(*inputs, caller.keep_going);
   if (!corrected.ok()) return corrected.status();

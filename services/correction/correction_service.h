@@ -10,15 +10,17 @@
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "storage/correction_events.h"
 #include "storage/corrections.h"
+#include "storage/reconstructions.h"
 
 namespace sixpoint::correction {
 
 class CorrectionService final : public v1::CorrectionService::Service {
  public:
-  // limits: of corrections and fetched programs; more are RESOURCE_EXHAUSTED.
+  // limits: of corrections and fetched programs; more are RESOURCE_EXHAUSTED. threads: of each whose paths go with a shape.
   CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
                     std::shared_ptr<storage::CorrectionEventStore> events,
-                    std::shared_ptr<const clients::BladePeers> peers, runtime::PoolLimits limits);
+                    std::shared_ptr<storage::ReconstructionStore> reconstructions,
+                    std::shared_ptr<const clients::BladePeers> peers, runtime::PoolLimits limits, int threads);
 
   grpc::Status Correct(grpc::ServerContext* context, const v1::CorrectRequest* request,
                        v1::Correction* response) override;
@@ -46,6 +48,10 @@ class CorrectionService final : public v1::CorrectionService::Service {
  private:
   // Of a request that CheckCorrect lets pass.
   absl::StatusOr<v1::Correction> CorrectOnce(const v1::CorrectRequest& request, const runtime::Caller& caller);
+  // As FetchInputs and FetchAsRecorded, its paths on the shape that it names.
+  absl::StatusOr<Inputs> Fetched(const v1::CorrectRequest& request, const runtime::Caller& caller) const;
+  absl::StatusOr<Inputs> FetchedAsRecorded(const v1::Correction& recorded, const v1::CorrectRequest& request,
+                                           const runtime::Caller& caller) const;
   absl::StatusOr<runtime::Made<storage::CorrectionRow>> Make(const v1::CorrectRequest& request,
                                                              const runtime::Caller& caller) const;
 
@@ -62,7 +68,9 @@ class CorrectionService final : public v1::CorrectionService::Service {
 
   const std::shared_ptr<storage::CorrectionStore> store_;
   const std::shared_ptr<storage::CorrectionEventStore> events_;
+  const std::shared_ptr<storage::ReconstructionStore> reconstructions_;
   const std::shared_ptr<const clients::BladePeers> peers_;
+  const int threads_;
   runtime::ComputePool running_;
 };
 

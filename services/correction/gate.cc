@@ -119,6 +119,10 @@ absl::StatusOr<std::vector<GateCheck>> Judge(const Inputs& inputs, const Correct
     if (absl::Status looked = LookAtPaths(inputs, corrected.paths, keep_going, &cylinder); !looked.ok()) return looked;
     checks.push_back(std::move(cylinder));
   }
+  std::vector<std::pair<std::string, double>> gouge_um;
+  for (const ModelPath& path : inputs.paths)
+    if (path.adaptation.has_value()) gouge_um.emplace_back(path.nominal.name, path.adaptation->gouge_um);
+  if (!gouge_um.empty()) checks.push_back(metrology::JudgeShapeGouge(gouge_um));
   for (GateCheck& check : checks)
     for (const GateCheck& of_then : inputs.checks_of_then)
       if (of_then.kind == check.kind) check = of_then;

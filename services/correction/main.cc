@@ -18,9 +18,10 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
       runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
       runtime::ConnectToPeer(options, "calibration"), runtime::ConnectToPeer(options, "registration"));
   std::vector<runtime::ServedService> services;
-  services.push_back({v1::CorrectionService::service_full_name(),
-                      std::make_unique<CorrectionService>(storage::CorrectionsIn(database),
-                                                          storage::CorrectionEventsIn(database), peers, kLimits)});
+  services.push_back(
+      {v1::CorrectionService::service_full_name(),
+       std::make_unique<CorrectionService>(storage::CorrectionsIn(database), storage::CorrectionEventsIn(database),
+                                           storage::ReconstructionsIn(database), peers, kLimits, options.threads)});
   services.push_back({v1::ReconstructionService::service_full_name(),
                       std::make_unique<ReconstructionService>(storage::ReconstructionsIn(database), peers,
                                                               kReconstructionLimits, options.threads)});

@@ -55,6 +55,12 @@ void AddPath(const storage::CorrectionToolPathRow& path, v1::CorrectedGroup* gro
   }
   group->set_greatest_chord_um(path.greatest_chord_um);
   group->set_greatest_axis_deviation_deg(path.greatest_axis_deviation_deg);
+  if (!path.adaptation) return;
+  v1::PathAdaptation& adaptation = *group->mutable_adaptation();
+  adaptation.set_greatest_shift_mm(path.adaptation->greatest_shift_mm);
+  adaptation.set_greatest_turn_deg(path.adaptation->greatest_turn_deg);
+  adaptation.set_gouge_um(path.adaptation->gouge_um);
+  adaptation.set_rest_um(path.adaptation->rest_um);
 }
 
 void AddControlTables(const storage::CorrectionRow& row, v1::Correction* correction) {
@@ -142,6 +148,8 @@ absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
   if (!row.machining_model_id.empty())
     correction.set_machining_model(
         runtime::RevisedName("machining_models", row.machining_model_id, row.machining_model_revision));
+  if (!row.reconstruction_id.empty())
+    correction.set_reconstruction(runtime::NameOf("reconstructions", row.reconstruction_id));
   return correction;
 }
 

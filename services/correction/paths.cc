@@ -41,6 +41,18 @@ absl::StatusOr<ModelPath> PathOf(const std::string& field, const plant::v1::Tool
   return out;
 }
 
+// What a program's tip goes away from is where its template has it, so that an envelope sees the shape's way too.
+void AsTemplate(const Inputs& inputs, const metrology::NominalToolPath& nominal, const PathAdaptation& adaptation,
+                metrology::CorrectedToolPath* path) {
+  for (std::size_t i = 0; i < path->poses.size(); ++i) {
+    metrology::CorrectedToolPose& pose = path->poses[i];
+    const Eigen::Vector3d back_mm = adaptation.template_tips_mm[i] - nominal.poses[i].tip_in_part_mm;
+    const metrology::RotaryAngles& at = pose.nominal_angles;
+    pose.start.nominal_start_mm += inputs.rotation.axes.MachineFromZero(at.a_rad, at.b_rad).linear() *
+                                   inputs.zero_from_part_nominal.linear() * back_mm;
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<ModelPath>> PathsOf(const plant::v1::MachiningModel& model) {
@@ -85,6 +97,8 @@ absl::StatusOr<CorrectedPath> CorrectPath(const Inputs& inputs, const ModelPath&
     out.greatest_chord_um = std::max(out.greatest_chord_um, step.chord_um);
     out.greatest_axis_deviation_deg = std::max(out.greatest_axis_deviation_deg, step.axis_deg);
   }
+  out.adaptation = path.adaptation;
+  if (path.adaptation.has_value()) AsTemplate(inputs, path.nominal, *path.adaptation, &out.path);
   return out;
 }
 

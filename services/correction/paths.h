@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,11 +19,19 @@ namespace sixpoint::correction {
 
 struct Inputs;
 
+// How a path goes with a shape otherwise than its template with the design (adapt.h).
+struct PathAdaptation {
+  std::vector<Eigen::Vector3d> template_tips_mm;  // part frame, pose by pose
+  double greatest_shift_mm = 0, greatest_turn_rad = 0;
+  double gouge_um = 0, rest_um = 0;
+};
+
 struct ModelPath {
   metrology::NominalToolPath nominal;
   metrology::PathTool tool;
   double mouth_mm = 0;
   metrology::PathContinuity steps;
+  std::optional<PathAdaptation> adaptation = {};  // nominal goes with a shape
 };
 
 // In the model's order.
@@ -33,6 +42,7 @@ struct CorrectedPath {
   metrology::RotaryAngles ideal;  // of its first pose, on the machine's nominal axes
   double greatest_chord_um = 0;   // between poses
   double greatest_axis_deviation_deg = 0;
+  std::optional<PathAdaptation> adaptation;
 
   // Where its tip is most uncertain: the pose's number, from 0.
   std::size_t WorstPose() const;

@@ -13,9 +13,6 @@
 namespace sixpoint::correction {
 namespace {
 
-// Places of the design stand nearer to each other than patches of the blank, so that no limit is asked between two of them.
-constexpr double kPlacesOfPatch = 0.75;
-
 // What a casting's form does to the pose moves blank and shape alike: the shape is cut where this pose has it. The rest of what the pose is uncertain
 // by does so too, but is small.
 metrology::RegisteredPose WithoutForm(metrology::RegisteredPose pose) {

@@ -14,6 +14,9 @@
 
 namespace sixpoint::correction {
 
+// Places of the design stand nearer to each other than patches of the blank, so that no limit is asked between two of them.
+inline constexpr double kPlacesOfPatch = 0.75;
+
 struct ReconstructedBlank {
   std::vector<metrology::BlankPatch> blank;
   std::vector<std::size_t> region_of;           // of each patch, in AppliedRegions

@@ -47,20 +47,6 @@ storage::ShapeRegionRow RowOf(const plant::v1::ShapeRegion& region) {
   return row;
 }
 
-metrology::ShapeRegion KernelOf(const storage::ShapeRegionRow& row) {
-  metrology::ShapeRegion region;
-  region.name = row.region;
-  region.where = runtime::WhereOf<metrology::SurfaceRegion>(row);
-  region.rest = row.minimum_in_part_mm.empty() && row.maximum_in_part_mm.empty() && row.facing_in_part.empty();
-  region.kind = row.kind == "MACHINED" ? metrology::RegionKind::kMachined
-                : row.kind == "FIXED"  ? metrology::RegionKind::kFixed
-                                       : metrology::RegionKind::kDatum;
-  region.allowance_mm = row.allowance_mm.value_or(0);
-  region.lower_mm = row.lower_mm.value_or(0);
-  region.upper_mm = row.upper_mm.value_or(0);
-  return region;
-}
-
 // Instead of what the part says, where its kind has such a limit.
 absl::Status Try(const std::string& field, bool is_stated, double value, double least, std::optional<double>* limit) {
   if (!is_stated) return absl::OkStatus();
@@ -83,6 +69,20 @@ absl::Status Try(const std::string& field, const v1::TriedLimits& tried, storage
 }
 
 }  // namespace
+
+metrology::ShapeRegion KernelOf(const storage::ShapeRegionRow& row) {
+  metrology::ShapeRegion region;
+  region.name = row.region;
+  region.where = runtime::WhereOf<metrology::SurfaceRegion>(row);
+  region.rest = row.minimum_in_part_mm.empty() && row.maximum_in_part_mm.empty() && row.facing_in_part.empty();
+  region.kind = row.kind == "MACHINED" ? metrology::RegionKind::kMachined
+                : row.kind == "FIXED"  ? metrology::RegionKind::kFixed
+                                       : metrology::RegionKind::kDatum;
+  region.allowance_mm = row.allowance_mm.value_or(0);
+  region.lower_mm = row.lower_mm.value_or(0);
+  region.upper_mm = row.upper_mm.value_or(0);
+  return region;
+}
 
 absl::StatusOr<ReconstructionOrder> OrderOf(const v1::ReconstructRequest& request) {
   ReconstructionOrder order;

@@ -25,6 +25,8 @@ struct AppliedRegions {
   bool of_part_limits = true;
 };
 
+metrology::ShapeRegion KernelOf(const storage::ShapeRegionRow& row);
+
 // INVALID_ARGUMENT with all that is wrong with it.
 absl::StatusOr<ReconstructionOrder> OrderOf(const v1::ReconstructRequest& request);
 

@@ -26,6 +26,15 @@ absl::Status CheckModelAlone(const v1::CorrectRequest& request) {
   return refusals.status();
 }
 
+absl::Status CheckReconstruction(const v1::CorrectRequest& request) {
+  runtime::Refusals refusals;
+  const absl::StatusOr<std::string> id = runtime::IdOf("reconstruction", "reconstructions", request.reconstruction());
+  refusals.Add(id.ok() ? runtime::CheckUuid("reconstruction", *id) : id.status());
+  if (request.machining_model().empty())
+    refusals.Add(runtime::Refuse("machining_model", "", "the model whose paths go with the reconstruction's shape"));
+  return refusals.status();
+}
+
 absl::Status CheckWhat(const v1::CorrectRequest& request) {
   runtime::Refusals refusals;
   std::set<std::string> seen;
@@ -38,6 +47,7 @@ absl::Status CheckWhat(const v1::CorrectRequest& request) {
   }
   refusals.Add(runtime::CheckWorkOffsets("work_offsets", request.work_offsets()))
       .Add(runtime::CheckToolLengths("tool_lengths", request.tool_lengths()));
+  if (!request.reconstruction().empty()) refusals.Add(CheckReconstruction(request));
   if (!request.machining_model().empty()) return refusals.Add(CheckModelAlone(request)).status();
   if (request.nc_template().empty() && request.work_offsets_size() + request.tool_lengths_size() > 0)
     refusals.Add(runtime::Refuse("nc_template", "empty", "the template that the offsets and tools are of"));
@@ -67,6 +77,9 @@ absl::Status CheckCorrectScans(const v1::CorrectScansRequest& request) {
     refusals.Add(runtime::Refuse("correction.registration", correction.registration(), wanted));
   if (!correction.request_id().empty())
     refusals.Add(runtime::Refuse("correction.request_id", correction.request_id(), wanted));
+  if (!correction.reconstruction().empty())
+    refusals.Add(runtime::Refuse("correction.reconstruction", correction.reconstruction(),
+                                 "unset: it is of a registration that was made before"));
   if (correction.dry_run())
     refusals.Add(runtime::Refuse("correction.dry_run", "true", "unset: the registration is recorded"));
   return refusals.Add(Under("correction.", CheckWhat(correction))).status();

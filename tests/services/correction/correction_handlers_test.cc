@@ -89,8 +89,10 @@ class CorrectionHandlersTest : public ::testing::Test {
   CorrectionService service_{
       store_,
       events_,
+      nullptr,  // no test names a reconstruction
       std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
-      {4, 0}};
+      {4, 0},
+      1};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<v1::CorrectionService::Stub> stub_ = v1::CorrectionService::NewStub(server_.Connect());
 };

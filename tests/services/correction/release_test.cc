@@ -125,8 +125,10 @@ class ReleaseTest : public ::testing::Test {
   CorrectionService service_{
       storage::CorrectionsIn(database_.get()),
       storage::CorrectionEventsIn(database_.get()),
+      storage::ReconstructionsIn(database_.get()),
       std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
-      {4, 0}};
+      {4, 0},
+      1};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<Stub> stub_ = v1::CorrectionService::NewStub(server_.Connect());
 };

@@ -204,6 +204,14 @@ grpc::Status StandInStudies::ListStudies(grpc::ServerContext*, const calibration
   return grpc::Status::OK;
 }
 
+grpc::Status StandInRegistration::ReplayRegistration(grpc::ServerContext*,
+                                                     const registration::v1::ReplayRegistrationRequest* request,
+                                                     replay::v1::Replay* response) {
+  response->set_name(request->name());
+  response->set_outcome(replay::v1::REPLAY_OUTCOME_SAME_BITS);
+  return grpc::Status::OK;
+}
+
 StandIns::StandIns()
     : block(metrology::MakePinnedBlock()),
       server_({&plant, &drawings, &ingest, &calibration, &studies, &registration}) {

@@ -118,6 +118,9 @@ class StandInRegistration final : public registration::v1::RegistrationService::
   std::vector<registration::v1::Registration> later;  // made since, of the machine or of the blade
   grpc::Status ListRegistrations(grpc::ServerContext*, const registration::v1::ListRegistrationsRequest* request,
                                  registration::v1::ListRegistrationsResponse* response) override;
+  // The same bits, always.
+  grpc::Status ReplayRegistration(grpc::ServerContext*, const registration::v1::ReplayRegistrationRequest* request,
+                                  replay::v1::Replay* response) override;
 };
 
 class StandIns {

@@ -28,6 +28,7 @@ const kChecks: Partial<Record<ReleaseCheckKind, [word: string, unit: string, isL
   [ReleaseCheckKind.SCRAPPED]: ['Decided to be scrap', ''],
   [ReleaseCheckKind.TOOL_CYLINDER]: ['Electrode from the part', 'mm', true],
   [ReleaseCheckKind.MODEL_NOT_NAMED]: ['Machining models not named', ''],
+  [ReleaseCheckKind.SHAPE_GOUGE]: ['Deeper into the shape than the template', 'µm'],
 };
 export const short = (value: number) => String(Number(value.toPrecision(4))).replace('-', '\u2212');
 export const unitOf = (check: ReleaseCheck): string => kChecks[check.kind]?.[1] ?? '';
