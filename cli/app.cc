@@ -65,6 +65,7 @@ void AddCommands(Command* root, Session* session) {
   AddInspectionCommands(root, session);
   AddDeviationCommands(root, session);
   AddReconstructionCommands(root, session);
+  AddMachiningPassCommands(root, session);
   AddSectionCommands(root, session);
   AddAssessCommand(root, session);
   AddAssessmentCommands(root, session);

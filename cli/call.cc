@@ -14,6 +14,7 @@
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "sixpoint/calibration/v1/study.grpc.pb.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
+#include "sixpoint/correction/v1/machining_pass.grpc.pb.h"
 #include "sixpoint/correction/v1/reconstruction.grpc.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
@@ -63,6 +64,7 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
            {"registration", registration::v1::MeasuringPlanService::service_full_name()},
            {"correction", correction::v1::CorrectionService::service_full_name()},
            {"correction", correction::v1::ReconstructionService::service_full_name()},
+           {"correction", correction::v1::MachiningPassService::service_full_name()},
            {"inspection", inspection::v1::InspectionService::service_full_name()},
            {"inspection", inspection::v1::DeviationService::service_full_name()},
            {"inspection", inspection::v1::AssessmentService::service_full_name()},

@@ -19,7 +19,7 @@ using correction::v1::CorrectionService;
 
 struct Arguments {
   ScansToRegister scans;
-  std::string registration, reconstruction, model, template_file, out;
+  std::string registration, reconstruction, pass, model, template_file, out;
   std::vector<std::string> groups, work_offsets, tools;
   bool dry_run = false;
 };
@@ -63,6 +63,7 @@ absl::StatusOr<correction::v1::CorrectRequest> RequestOf(const Arguments& argume
   if (!arguments.model.empty()) request.set_machining_model(NameText("machining_models", arguments.model));
   if (!arguments.reconstruction.empty())
     request.set_reconstruction(NameText("reconstructions", arguments.reconstruction));
+  if (!arguments.pass.empty()) request.set_machining_pass(NameText("machining_passes", arguments.pass));
   if (!arguments.template_file.empty()) {
     absl::StatusOr<std::string> nc_template = ReadFile(arguments.template_file, 1u << 20);
     if (!nc_template.ok()) return nc_template.status();
@@ -144,12 +145,16 @@ void AddCorrectCommand(Command* app, Session* session) {
   Option* reconstruction =
       command->AddOption("--reconstruction", &arguments->reconstruction,
                          "Reconstruction of that registration whose shape the model's paths go with");
+  Option* pass = command->AddOption("--pass", &arguments->pass,
+                                    "Machining pass of that registration: the model's paths go once more with its "
+                                    "shape, commanded by what it left");
   command->AddOption("--work-offset", &arguments->work_offsets,
                      "What the control holds for a code that the template calls: G54=X,Y,Z,A,B (repeatable)");
   command->AddOption("--tool", &arguments->tools,
                      "A tool whose length the template takes into account (G43 H): NUMBER=LENGTH_MM (repeatable)");
   command->AddFlag("--dry-run", &arguments->dry_run, "Says what would be, and records nothing")->Excludes(scans.blade);
   reconstruction->Needs(registration);
+  pass->Needs(registration)->Excludes(reconstruction);
   registration->Excludes(scans.blade);
   for (Option* other : {scans.scans, scans.method, scans.axis_tables, scans.clamping}) other->Needs(scans.blade);
   for (Option* other : scans.how) other->Needs(scans.blade);

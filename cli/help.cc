@@ -22,7 +22,7 @@ const std::vector<Group>& Groups() {
       {"Clouds", {"scan", "store", "storage"}},
       {"Calibration", {"calibrate", "calibration", "study"}},
       {"Blades",
-       {"plan", "register", "registration", "correct", "correction", "reconstruction", "inspect", "inspection",
+       {"plan", "register", "registration", "correct", "correction", "reconstruction", "pass", "inspect", "inspection",
         "deviation", "section", "measurement", "assess", "assessment"}},
       {"Record", {"recall", "trace", "values", "report", "export", "efficacy", "replay", "rejudge", "ledger"}},
       {"Watching", {"open", "fleet", "events", "webhook"}},
@@ -161,6 +161,9 @@ constexpr Example kExamples[] = {
      "'leading edge=-0.8'"},
     {"reconstruction list", "sixpoint reconstruction list --blade SN-1 --outcome infeasible"},
     {"reconstruction patches", "sixpoint reconstruction patches 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.csv"},
+    {"pass next",
+     "sixpoint pass next 7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11 --registration 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e"},
+    {"pass list", "sixpoint pass list --blade SN-1 --outcome another_pass"},
     {"section measure",
      "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --heights 320,330,340\n"
      "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --planes sections.yaml --reference 'root'"},

@@ -2,6 +2,7 @@
 #include "cli/commands.h"
 #include "services/runtime/errors.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
+#include "sixpoint/correction/v1/machining_pass.grpc.pb.h"
 #include "sixpoint/correction/v1/reconstruction.grpc.pb.h"
 #include "sixpoint/inspection/v1/assessment.grpc.pb.h"
 #include "sixpoint/inspection/v1/deviation.grpc.pb.h"
@@ -15,8 +16,8 @@ namespace {
 using replay::v1::Replay;
 
 constexpr char kReplayed[] =
-    "registrations/ID, corrections/ID, inspections/ID, deviations/ID, sections/ID, reconstructions/ID or "
-    "assessments/ID";
+    "registrations/ID, corrections/ID, inspections/ID, deviations/ID, sections/ID, reconstructions/ID, "
+    "machining_passes/ID or assessments/ID";
 
 // "SAME_BITS", "SOFTWARE": the enums' names without their prefixes.
 std::string OutcomeText(replay::v1::ReplayOutcome outcome) {
@@ -73,6 +74,9 @@ absl::StatusOr<Replay> ReplayOf(Session* session, const std::string& name) {
   if (collection == "reconstructions")
     return ReplayBy<correction::v1::ReconstructionService>(
         session, "correction", &correction::v1::ReconstructionService::Stub::ReplayReconstruction, name);
+  if (collection == "machining_passes")
+    return ReplayBy<correction::v1::MachiningPassService>(
+        session, "correction", &correction::v1::MachiningPassService::Stub::ReplayMachiningPass, name);
   if (collection == "assessments")
     return ReplayBy<inspection::v1::AssessmentService>(
         session, "inspection", &inspection::v1::AssessmentService::Stub::ReplayAssessment, name);

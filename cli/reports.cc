@@ -211,7 +211,11 @@ std::string AdaptationText(const correction::v1::CorrectedGroup& group) {
   return group.group() + ": with the shape it goes up to " + Fixed(adaptation.greatest_shift_mm(), 3) + " mm and " +
          Fixed(adaptation.greatest_turn_deg(), 3) + " deg off its template; cuts up to " +
          Fixed(adaptation.gouge_um(), 2) + " um deeper and leaves up to " + Fixed(adaptation.rest_um(), 2) +
-         " um more than that of the design\n";
+         " um more than that of the design\n" +
+         (adaptation.has_deepest_compensation_um()
+              ? group.group() + ": commanded up to " + Fixed(adaptation.deepest_compensation_um(), 1) +
+                    " um deeper than the shape, by the pass before\n"
+              : "");
 }
 
 }  // namespace
@@ -225,6 +229,7 @@ std::string CorrectionText(const correction::v1::Correction& correction) {
   for (const std::string& name : correction.axis_characterisations()) text += "angles commanded by " + name + "\n";
   if (!correction.machining_model().empty()) text += "by " + correction.machining_model() + "\n";
   if (!correction.reconstruction().empty()) text += "on the shape of " + correction.reconstruction() + "\n";
+  if (!correction.machining_pass().empty()) text += "by what " + correction.machining_pass() + " left\n";
   if (correction.has_proof())
     text += "program proven: " + Grouped(correction.proof().pose_count()) + " poses, at most " +
             Fixed(correction.proof().greatest_difference_um(), 3) + " um and " +

@@ -31,8 +31,9 @@ constexpr char kSelectScrapped[] = "SELECT (SELECT name FROM record_names WHERE 
 constexpr char kSelectScrappedAgainst[] =
     "SELECT (SELECT name FROM record_names WHERE record_id = scrapped_against($1))";
 constexpr char kSelectCutHoles[] =
-    "SELECT k.correction_id, k.group_name, k.hole_name FROM corrections c JOIN correction_cuts k USING (correction_id) "
-    "WHERE c.blade_serial = $1 ORDER BY k.correction_id, k.group_name, k.hole_name";
+    "SELECT k.correction_id, k.group_name, k.hole_name, n.record_sequence FROM corrections c "
+    "JOIN correction_cuts k USING (correction_id) JOIN record_names n ON n.record_id = k.record_id WHERE "
+    "c.blade_serial = $1 ORDER BY k.correction_id, k.group_name, k.hole_name";
 // The pseudonym first, for who waits for one must not hold the lock. Taken before the state is read, not only with the entry: a decision that comes meanwhile waits, or was there before.
 constexpr char kLockJournal[] = "SELECT pseudonym_of($1), pg_advisory_xact_lock(6021, 1)";
 
@@ -214,7 +215,7 @@ class PostgresCorrectionEvents final : public CorrectionEventStore {
       if (!rows.ok()) return rows.status();
       std::vector<CutHoleRow> cut;
       for (int row = 0; row < rows->count(); ++row)
-        cut.push_back({rows->Text(row, 0), {rows->Text(row, 1), rows->Text(row, 2)}});
+        cut.push_back({rows->Text(row, 0), {rows->Text(row, 1), rows->Text(row, 2)}, rows->Int(row, 3)});
       return rows->Checked(std::move(cut));
     });
   }

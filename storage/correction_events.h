@@ -55,6 +55,7 @@ struct ProgramFetchRow {
 struct CutHoleRow {
   std::string correction_id;
   NamedHole hole;
+  std::int64_t record_sequence = 0;  // of the report
 };
 
 class CorrectionEventStore {

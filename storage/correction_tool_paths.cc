@@ -11,9 +11,9 @@ namespace {
 #define SIXPOINT_TOOL_PATH_COLUMNS                                                                                  \
   "tips_mm, nominal_tips_mm, commanded_deg, nominal_deg, reached_deg, tilts_deg, standard_uncertainties_deg, "      \
   "expanded_uncertainties_um, greatest_chord_um, greatest_axis_deviation_deg, adapted_shift_mm, adapted_turn_deg, " \
-  "shape_gouge_um, shape_rest_um"
+  "shape_gouge_um, shape_rest_um, deepest_compensation_um"
 constexpr char kInsert[] = "INSERT INTO correction_tool_paths (correction_id, group_name, " SIXPOINT_TOOL_PATH_COLUMNS
-                           ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)";
+                           ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17)";
 constexpr char kSelect[] =
     "SELECT group_name, " SIXPOINT_TOOL_PATH_COLUMNS " FROM correction_tool_paths WHERE correction_id = $1";
 #undef SIXPOINT_TOOL_PATH_COLUMNS
@@ -39,7 +39,8 @@ absl::StatusOr<CorrectionToolPathRow> ReadPath(const Rows& rows, int row) {
   path.greatest_chord_um = rows.Real(row, 9);
   path.greatest_axis_deviation_deg = rows.Real(row, 10);
   if (!rows.IsNull(row, 11))
-    path.adaptation = {rows.Real(row, 11), rows.Real(row, 12), rows.Real(row, 13), rows.Real(row, 14)};
+    path.adaptation = {rows.Real(row, 11), rows.Real(row, 12), rows.Real(row, 13), rows.Real(row, 14),
+                       rows.OptionalReal(row, 15)};
   if (absl::Status read = rows.status(); !read.ok()) return read;
   const std::size_t count = tilts.size();
   if (tips.size() != 3 * count || nominal_tips.size() != 3 * count || commanded.size() != 2 * count ||
@@ -83,9 +84,10 @@ absl::Status InsertCorrectionToolPath(Transaction& transaction, const std::strin
     params.Real(adapted->greatest_shift_mm)
         .Real(adapted->greatest_turn_deg)
         .Real(adapted->gouge_um)
-        .Real(adapted->rest_um);
+        .Real(adapted->rest_um)
+        .OptionalReal(adapted->deepest_compensation_um);
   else
-    params.Null().Null().Null().Null();
+    params.Null().Null().Null().Null().Null();
   return transaction.Execute(kInsert, params).status();
 }
 

@@ -25,6 +25,7 @@ struct CorrectionToolPoseRow {
 // Of a path that goes with a reconstruction's shape: correction.v1.PathAdaptation.
 struct PathAdaptationRow {
   double greatest_shift_mm = 0, greatest_turn_deg = 0, gouge_um = 0, rest_um = 0;
+  std::optional<double> deepest_compensation_um;  // there was a pass before
 };
 struct CorrectionToolPathRow {
   std::vector<CorrectionToolPoseRow> poses;

@@ -11,16 +11,17 @@ namespace sixpoint::storage {
 
 // A SELECT of ReadEntries' columns; e is the entry, n its name.
 // Verdicts and states are asked of kinds that have one: a call for each row is what a page costs.
-#define SIXPOINT_ENTRY_COLUMNS                                                                                      \
-  "SELECT e.record_sequence, e.recorded_at, e.kind, n.name, e.blade_serial, e.machine_id, e.method, "               \
-  "e.software_version, CASE WHEN e.requested_by LIKE 'persons/%' THEN name_of(e.requested_by) ELSE e.requested_by " \
-  "END, e.measured_at, e.summary::text, "                                                                           \
-  "ARRAY(SELECT m.name FROM record_inputs i JOIN record_names m ON m.record_id = i.input_id "                       \
-  "WHERE i.record_id = e.record_id ORDER BY i.position_index), e.trace_id, "                                        \
-  "CASE WHEN e.kind IN ('inspection', 'reconstruction', 'assessment', 'deviation', 'registration', 'study') THEN "  \
-  "record_verdict(e.record_id, e.kind) END, "                                                                       \
-  "CASE WHEN e.kind IN ('calibration', 'correction', 'scan') THEN record_state(e.record_id, e.kind) END, "          \
-  "e.work_order, e.operation "                                                                                      \
+#define SIXPOINT_ENTRY_COLUMNS                                                                                         \
+  "SELECT e.record_sequence, e.recorded_at, e.kind, n.name, e.blade_serial, e.machine_id, e.method, "                  \
+  "e.software_version, CASE WHEN e.requested_by LIKE 'persons/%' THEN name_of(e.requested_by) ELSE e.requested_by "    \
+  "END, e.measured_at, e.summary::text, "                                                                              \
+  "ARRAY(SELECT m.name FROM record_inputs i JOIN record_names m ON m.record_id = i.input_id "                          \
+  "WHERE i.record_id = e.record_id ORDER BY i.position_index), e.trace_id, "                                           \
+  "CASE WHEN e.kind IN ('inspection', 'reconstruction', 'machining_pass', 'assessment', 'deviation', 'registration', " \
+  "'study') THEN "                                                                                                     \
+  "record_verdict(e.record_id, e.kind) END, "                                                                          \
+  "CASE WHEN e.kind IN ('calibration', 'correction', 'scan') THEN record_state(e.record_id, e.kind) END, "             \
+  "e.work_order, e.operation "                                                                                         \
   "FROM record_entries e JOIN record_names n ON n.record_id = e.record_id "
 
 // The thing itself or, for a name without @revision, any of its revisions ('A' follows '@').

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "storage/blank_patch_columns.h"
 #include "storage/blobs.h"
 #include "storage/children.h"
 #include "storage/one_read.h"
@@ -61,9 +62,7 @@ constexpr char kSelectHolds[] =
 constexpr char kInsertPatches[] =
     "INSERT INTO blank_patches (reconstruction_id, points_in_part_mm, normals_in_part, expanded_uncertainties_um, "
     "stock_um, regions) VALUES ($1, $2, $3, $4, $5, $6::double precision[]::integer[])";
-constexpr char kSelectPatches[] =
-    "SELECT points_in_part_mm, normals_in_part, expanded_uncertainties_um, stock_um, regions::double precision[] "
-    "FROM blank_patches WHERE reconstruction_id = $1";
+constexpr char kSelectPatches[] = "SELECT " SIXPOINT_PATCH_COLUMNS " FROM blank_patches WHERE reconstruction_id = $1";
 
 std::vector<double> ListOf(const std::array<double, 3>& three) { return {three.begin(), three.end()}; }
 
@@ -231,23 +230,6 @@ absl::StatusOr<std::vector<ReconstructionRow>> ListAll(Transaction& transaction,
   return ReadRows(transaction, kList, params->Text(filter.outcome).Int(limit));
 }
 
-absl::StatusOr<std::optional<BlankPatchesRow>> FindPatches(Transaction& transaction, const std::string& id) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPatches, Params().Uuid(id));
-  if (!rows.ok()) return rows.status();
-  if (rows->count() == 0) return std::nullopt;
-  BlankPatchesRow patches{rows->Reals(0, 0), rows->Reals(0, 1), rows->Reals(0, 2), rows->Reals(0, 3), {}};
-  for (const double region : rows->Reals(0, 4)) patches.regions.push_back(static_cast<std::int64_t>(region));
-  return rows->Checked(std::optional<BlankPatchesRow>(std::move(patches)));
-}
-
-absl::Status InsertPatches(Transaction& transaction, const std::string& id, const BlankPatchesRow& patches) {
-  const std::vector<double> regions(patches.regions.begin(), patches.regions.end());
-  Params params;
-  params.Uuid(id).Reals(patches.points_in_part_mm).Reals(patches.normals_in_part);
-  params.Reals(patches.expanded_uncertainties_um).Reals(patches.stock_um).Reals(regions);
-  return transaction.Execute(kInsertPatches, params).status();
-}
-
 // Before the row that names it.
 absl::Status PutLattice(Transaction& transaction, const ReconstructionRow& row) {
   if (row.lattice_sha256.empty()) return absl::OkStatus();
@@ -265,7 +247,8 @@ class PostgresReconstructions final : public Results {
 
   absl::StatusOr<std::optional<BlankPatchesRow>> Patches(const std::string& reconstruction_id,
                                                          Deadline deadline) const override {
-    return OneRead(database(), deadline, [&](Transaction& t) { return FindPatches(t, reconstruction_id); });
+    return OneRead(database(), deadline,
+                   [&](Transaction& t) { return FindPatches(t, kSelectPatches, reconstruction_id); });
   }
   absl::StatusOr<std::string> Lattice(const std::string& lattice_sha256, Deadline deadline) const override {
     return OneRead(database(), deadline, [&](Transaction& t) { return GetBlob(t, lattice_sha256); });
@@ -285,7 +268,7 @@ absl::StatusOr<Recorded> InsertReconstruction(Transaction& transaction, const Re
     status = transaction.Execute(kInsertRegion, RegionParams(id, i, reconstruction.regions[i])).status();
   for (std::size_t i = 0; status.ok() && i < reconstruction.holds.size(); ++i)
     status = transaction.Execute(kInsertHold, HoldParams(id, i, reconstruction.holds[i])).status();
-  if (status.ok()) status = InsertPatches(transaction, id, reconstruction.patches);
+  if (status.ok()) status = InsertPatches(transaction, kInsertPatches, id, reconstruction.patches);
   if (!status.ok()) return status;
   return AppendRecord(transaction, id, entry);
 }

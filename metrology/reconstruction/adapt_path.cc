@@ -46,6 +46,8 @@ absl::StatusOr<std::vector<AdaptedToolPoint>> AdaptPath(const DesignPlaces& desi
     const auto local = deformation.At(field, contact.point_mm);
     if (!local.ok()) return local.status();
     AdaptedToolPoint moved;
+    moved.contact_mm = contact.point_mm;
+    moved.normal = contact.normal;
     const std::size_t region = RegionAt(regions, contact.point_mm, contact.normal);
     if (region == regions.size() || regions[region].kind != RegionKind::kMachined)
       moved.part = 1 - SmoothStep(machined.Nearest(contact.point_mm, contact.normal, 0) / strip_mm);

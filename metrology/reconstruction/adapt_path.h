@@ -19,6 +19,8 @@ struct ToolPoint {
 
 struct AdaptedToolPoint {
   ToolPoint tool;
+  Eigen::Vector3d contact_mm = Eigen::Vector3d::Zero();  // the place of the design that it cuts
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();     // of the design there, outward, unit
   double part = 1;  // of the way that the surface goes there: 1 in machined regions, 0 beyond the strip about them
 };
 

@@ -41,7 +41,7 @@ void TakeCutBefore(const std::vector<storage::CutHoleRow>& cut, Inputs* inputs) 
   for (const metrology::NominalHoleGroup& group : inputs->groups) names.insert(group.name);
   for (const ModelPath& path : inputs->paths) names.insert(path.nominal.name);
   for (const storage::CutHoleRow& row : cut)
-    if (names.count(row.hole.group_name) > 0)
+    if (names.count(row.hole.group_name) > 0 && row.record_sequence > inputs->looked_at_up_to)
       inputs->cut_before.push_back(row.hole.group_name + "/" + row.hole.hole_name);
 }
 
@@ -71,7 +71,8 @@ v1::CorrectRequest RequestOf(const storage::CorrectionRow& row, const v1::Correc
   request.set_registration(recorded.registration());
   for (const storage::CorrectionGroupRow& group : row.groups) request.add_groups(group.group_name);
   request.set_machining_model(recorded.machining_model());
-  request.set_reconstruction(recorded.reconstruction());
+  if (recorded.machining_pass().empty()) request.set_reconstruction(recorded.reconstruction());
+  request.set_machining_pass(recorded.machining_pass());
   if (!recorded.machining_model().empty()) return request;  // which states them
   *request.mutable_work_offsets() = recorded.work_offsets();
   *request.mutable_tool_lengths() = recorded.tool_lengths();
@@ -81,13 +82,12 @@ v1::CorrectRequest RequestOf(const storage::CorrectionRow& row, const v1::Correc
 }  // namespace
 
 CorrectionService::CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
-                                     std::shared_ptr<storage::CorrectionEventStore> events,
-                                     std::shared_ptr<storage::ReconstructionStore> reconstructions,
+                                     std::shared_ptr<storage::CorrectionEventStore> events, ShapeStores shapes,
                                      std::shared_ptr<const clients::BladePeers> peers, runtime::PoolLimits limits,
                                      int threads)
     : store_(std::move(store)),
       events_(std::move(events)),
-      reconstructions_(std::move(reconstructions)),
+      shapes_(std::move(shapes)),
       peers_(std::move(peers)),
       threads_(threads),
       running_(limits, "corrections", errors::v1::CORRECTIONS_FULL) {
@@ -147,7 +147,7 @@ absl::StatusOr<Inputs> CorrectionService::Fetched(const v1::CorrectRequest& requ
                                                   const runtime::Caller& caller) const {
   absl::StatusOr<Inputs> inputs = FetchInputs(*peers_, request, caller);
   if (!inputs.ok()) return inputs;
-  absl::Status adapted = AdaptToShape(*reconstructions_, *peers_, threads_, caller, &*inputs);
+  absl::Status adapted = AdaptToShape(shapes_, *peers_, threads_, caller, &*inputs);
   if (!adapted.ok()) return adapted;
   return inputs;
 }
@@ -157,7 +157,7 @@ absl::StatusOr<Inputs> CorrectionService::FetchedAsRecorded(const v1::Correction
                                                             const runtime::Caller& caller) const {
   absl::StatusOr<Inputs> inputs = FetchAsRecorded(*peers_, recorded, request, caller);
   if (!inputs.ok()) return inputs;
-  absl::Status adapted = AdaptToShape(*reconstructions_, *peers_, threads_, caller, &*inputs);
+  absl::Status adapted = AdaptToShape(shapes_, *peers_, threads_, caller, &*inputs);
   if (!adapted.ok()) return adapted;
   return inputs;
 }

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "services/correction/adapt.h"
 #include "services/correction/inputs.h"
 #include "services/runtime/call.h"
 #include "services/runtime/compute_pool.h"
@@ -10,7 +11,6 @@
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "storage/correction_events.h"
 #include "storage/corrections.h"
-#include "storage/reconstructions.h"
 
 namespace sixpoint::correction {
 
@@ -18,8 +18,7 @@ class CorrectionService final : public v1::CorrectionService::Service {
  public:
   // limits: of corrections and fetched programs; more are RESOURCE_EXHAUSTED. threads: of each whose paths go with a shape.
   CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
-                    std::shared_ptr<storage::CorrectionEventStore> events,
-                    std::shared_ptr<storage::ReconstructionStore> reconstructions,
+                    std::shared_ptr<storage::CorrectionEventStore> events, ShapeStores shapes,
                     std::shared_ptr<const clients::BladePeers> peers, runtime::PoolLimits limits, int threads);
 
   grpc::Status Correct(grpc::ServerContext* context, const v1::CorrectRequest* request,
@@ -68,7 +67,7 @@ class CorrectionService final : public v1::CorrectionService::Service {
 
   const std::shared_ptr<storage::CorrectionStore> store_;
   const std::shared_ptr<storage::CorrectionEventStore> events_;
-  const std::shared_ptr<storage::ReconstructionStore> reconstructions_;
+  const ShapeStores shapes_;
   const std::shared_ptr<const clients::BladePeers> peers_;
   const int threads_;
   runtime::ComputePool running_;

@@ -46,6 +46,7 @@ struct Inputs {
   bool checked_in_clamping = false;  // an interim check of the scanner was accepted there, where one is asked for
   std::vector<std::string> against_clamping;  // registrations that say that the blade stands there no more
   std::vector<std::string> cut_before;        // holes of those groups, by other programs of this blade
+  std::int64_t looked_at_up_to = 0;           // in the record: what was cut before it a machining pass has measured
   std::vector<std::string> models_not_named;  // the part's, where a template was sent without one
   std::vector<std::string> scrapped_by;       // disposition or assessment by which the blade is scrap; empty: it is not
   std::chrono::system_clock::time_point now;

@@ -1,5 +1,6 @@
 // sixpoint-correction: the machining program moved onto the real blade.
 #include "services/correction/correction_service.h"
+#include "services/correction/machining_pass_service.h"
 #include "services/correction/reconstruction_service.h"
 #include "services/runtime/peers.h"
 #include "services/runtime/server.h"
@@ -18,13 +19,17 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
       runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
       runtime::ConnectToPeer(options, "calibration"), runtime::ConnectToPeer(options, "registration"));
   std::vector<runtime::ServedService> services;
+  const ShapeStores shapes{storage::ReconstructionsIn(database), storage::MachiningPassesIn(database)};
+  const auto corrections = storage::CorrectionsIn(database);
+  services.push_back({v1::CorrectionService::service_full_name(),
+                      std::make_unique<CorrectionService>(corrections, storage::CorrectionEventsIn(database), shapes,
+                                                          peers, kLimits, options.threads)});
   services.push_back(
-      {v1::CorrectionService::service_full_name(),
-       std::make_unique<CorrectionService>(storage::CorrectionsIn(database), storage::CorrectionEventsIn(database),
-                                           storage::ReconstructionsIn(database), peers, kLimits, options.threads)});
-  services.push_back({v1::ReconstructionService::service_full_name(),
-                      std::make_unique<ReconstructionService>(storage::ReconstructionsIn(database), peers,
-                                                              kReconstructionLimits, options.threads)});
+      {v1::ReconstructionService::service_full_name(),
+       std::make_unique<ReconstructionService>(shapes.reconstructions, peers, kReconstructionLimits, options.threads)});
+  services.push_back(
+      {v1::MachiningPassService::service_full_name(),
+       std::make_unique<MachiningPassService>(shapes, corrections, peers, kReconstructionLimits, options.threads)});
   return services;
 }
 

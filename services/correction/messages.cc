@@ -61,6 +61,8 @@ void AddPath(const storage::CorrectionToolPathRow& path, v1::CorrectedGroup* gro
   adaptation.set_greatest_turn_deg(path.adaptation->greatest_turn_deg);
   adaptation.set_gouge_um(path.adaptation->gouge_um);
   adaptation.set_rest_um(path.adaptation->rest_um);
+  if (path.adaptation->deepest_compensation_um)
+    adaptation.set_deepest_compensation_um(*path.adaptation->deepest_compensation_um);
 }
 
 void AddControlTables(const storage::CorrectionRow& row, v1::Correction* correction) {
@@ -150,6 +152,8 @@ absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
         runtime::RevisedName("machining_models", row.machining_model_id, row.machining_model_revision));
   if (!row.reconstruction_id.empty())
     correction.set_reconstruction(runtime::NameOf("reconstructions", row.reconstruction_id));
+  if (!row.machining_pass_id.empty())
+    correction.set_machining_pass(runtime::NameOf("machining_passes", row.machining_pass_id));
   return correction;
 }
 

@@ -24,6 +24,7 @@ struct PathAdaptation {
   std::vector<Eigen::Vector3d> template_tips_mm;  // part frame, pose by pose
   double greatest_shift_mm = 0, greatest_turn_rad = 0;
   double gouge_um = 0, rest_um = 0;
+  std::optional<double> deepest_compensation_um;  // of a command by a pass before
 };
 
 struct ModelPath {

@@ -25,11 +25,7 @@ metrology::ReconstructionOptions OptionsOf(const storage::ReconstructionMethodRo
                                            const std::vector<metrology::ShapeRegion>& regions, int threads,
                                            const runtime::Caller& caller) {
   metrology::ReconstructionOptions options;
-  // Points are no farther from the design, and the shape no farther than its bands: a wall beyond both is another one.
-  options.greatest_stock_mm = method.farthest_mm;
-  for (const metrology::ShapeRegion& region : regions)
-    options.greatest_stock_mm = std::max(
-        options.greatest_stock_mm, method.farthest_mm + std::max(std::abs(region.lower_mm), std::abs(region.upper_mm)));
+  options.greatest_stock_mm = FarthestStock_mm(method, regions);
   options.threads = threads;
   options.keep_going = caller.keep_going;
   options.patch_mm = method.patch_mm;
@@ -70,6 +66,32 @@ absl::Status ReadScans(const clients::ScanClient& scans, const clients::Register
 
 }  // namespace
 
+double FarthestStock_mm(const storage::ReconstructionMethodRow& method,
+                        const std::vector<metrology::ShapeRegion>& regions) {
+  double farthest_mm = method.farthest_mm;
+  for (const metrology::ShapeRegion& region : regions)
+    farthest_mm =
+        std::max(farthest_mm, method.farthest_mm + std::max(std::abs(region.lower_mm), std::abs(region.upper_mm)));
+  return farthest_mm;
+}
+
+absl::StatusOr<MeasuredSurface> MeasureSurface(const clients::ScanClient& scans, const clients::RegisteredBlade& blade,
+                                               const storage::ReconstructionMethodRow& method, int threads,
+                                               const runtime::Caller& caller) {
+  const auto patches = metrology::SurfacePatches::Make(*blade.surface, method.patch_mm);
+  if (!patches.ok()) return AsAsked(patches.status());
+  metrology::MeasuredBlankOptions options;
+  options.threads = threads;
+  options.keep_going = caller.keep_going;
+  options.farthest_mm = method.farthest_mm;
+  metrology::MeasuredBlank measured(
+      blade.surface, metrology::PartMapping(WithoutForm(*blade.pose), blade.sensor, blade.axes), options);
+  if (absl::Status read = ReadScans(scans, blade, caller, &measured); !read.ok()) return read;
+  auto found = measured.Finish(*patches);
+  if (!found.ok()) return found.status();
+  return MeasuredSurface{*std::move(found), measured.counts()};
+}
+
 absl::StatusOr<ReconstructedBlank> ReconstructBlank(const clients::ScanClient& scans,
                                                     const clients::RegisteredBlade& blade,
                                                     const ReconstructionOrder& order, const AppliedRegions& regions,
@@ -81,23 +103,14 @@ absl::StatusOr<ReconstructedBlank> ReconstructBlank(const clients::ScanClient& s
   if (!fits.ok()) return fits;
   const auto design = metrology::SampleDesign(blade.surface, kPlacesOfPatch * method.patch_mm, threads);
   if (!design.ok()) return AsAsked(design.status());
-  const auto patches = metrology::SurfacePatches::Make(*blade.surface, method.patch_mm);
-  if (!patches.ok()) return AsAsked(patches.status());
   // Before the scans are read.
   if (const auto assigned = metrology::AssignRegions(*design, regions.kernel); !assigned.ok())
     return AsAsked(assigned.status());
-  metrology::MeasuredBlankOptions blank_options;
-  blank_options.threads = threads;
-  blank_options.keep_going = caller.keep_going;
-  blank_options.farthest_mm = method.farthest_mm;
-  metrology::MeasuredBlank measured(
-      blade.surface, metrology::PartMapping(WithoutForm(*blade.pose), blade.sensor, blade.axes), blank_options);
-  if (absl::Status read = ReadScans(scans, blade, caller, &measured); !read.ok()) return read;
-  auto blank = measured.Finish(*patches);
-  if (!blank.ok()) return blank.status();
+  auto measured = MeasureSurface(scans, blade, method, threads, caller);
+  if (!measured.ok()) return measured.status();
   ReconstructedBlank made;
-  made.blank = *std::move(blank);
-  made.counts = measured.counts();
+  made.blank = std::move(measured->patches);
+  made.counts = measured->counts;
   auto found = metrology::ReconstructShape(*design, made.blank, regions.kernel, options);
   if (!found.ok()) return AsAsked(found.status());
   made.found = *std::move(found);

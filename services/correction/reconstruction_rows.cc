@@ -92,36 +92,6 @@ std::optional<storage::ShapeProofRow::Relaxation> RelaxationOf(
   return storage::ShapeProofRow::Relaxation{kTo_um * relaxation->at_least_mm, kTo_um * relaxation->at_most_mm};
 }
 
-storage::BlankPatchesRow PatchesRowOf(const ReconstructedBlank& made) {
-  storage::BlankPatchesRow row;
-  for (std::size_t i = 0; i < made.blank.size(); ++i) {
-    const metrology::BlankPatch& patch = made.blank[i];
-    for (int k = 0; k < 3; ++k) {
-      row.points_in_part_mm.push_back(patch.point_mm[k]);
-      row.normals_in_part.push_back(runtime::Short(patch.normal[k]));
-    }
-    row.expanded_uncertainties_um.push_back(runtime::Short(kTo_um * kExpanded * patch.standard_uncertainty_mm));
-    row.stock_um.push_back(made.stock_mm[i] ? runtime::Short(kTo_um * *made.stock_mm[i])
-                                            : std::numeric_limits<double>::quiet_NaN());
-    row.regions.push_back(static_cast<std::int64_t>(made.region_of[i]));
-  }
-  return row;
-}
-
-std::string DigestOf(const storage::BlankPatchesRow& patches) {
-  std::string bytes;
-  const auto floats = [&](const std::vector<double>& numbers) {
-    for (const double number : numbers) runtime::Append<std::uint32_t>(static_cast<float>(number), &bytes);
-  };
-  for (const double number : patches.points_in_part_mm) runtime::Append<std::uint64_t>(number, &bytes);
-  floats(patches.normals_in_part);
-  floats(patches.expanded_uncertainties_um);
-  floats(patches.stock_um);
-  for (const std::int64_t region : patches.regions)
-    runtime::Append<std::uint32_t>(static_cast<std::int32_t>(region), &bytes);
-  return storage::Sha256Hex(bytes);
-}
-
 void SetShape(const metrology::Reconstruction& found, storage::ReconstructionRow* row) {
   row->outcome = WordOf(found.outcome);
   row->remark = found.remark;
@@ -143,6 +113,38 @@ void SetShape(const metrology::Reconstruction& found, storage::ReconstructionRow
 
 }  // namespace
 
+storage::BlankPatchesRow PatchesRowOf(const std::vector<metrology::BlankPatch>& patches,
+                                      const std::vector<std::optional<double>>& stock_mm,
+                                      const std::vector<std::size_t>& regions) {
+  storage::BlankPatchesRow row;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const metrology::BlankPatch& patch = patches[i];
+    for (int k = 0; k < 3; ++k) {
+      row.points_in_part_mm.push_back(patch.point_mm[k]);
+      row.normals_in_part.push_back(runtime::Short(patch.normal[k]));
+    }
+    row.expanded_uncertainties_um.push_back(runtime::Short(kTo_um * kExpanded * patch.standard_uncertainty_mm));
+    row.stock_um.push_back(stock_mm[i] ? runtime::Short(kTo_um * *stock_mm[i])
+                                       : std::numeric_limits<double>::quiet_NaN());
+    row.regions.push_back(static_cast<std::int64_t>(regions[i]));
+  }
+  return row;
+}
+
+std::string DigestOf(const storage::BlankPatchesRow& patches) {
+  std::string bytes;
+  const auto floats = [&](const std::vector<double>& numbers) {
+    for (const double number : numbers) runtime::Append<std::uint32_t>(static_cast<float>(number), &bytes);
+  };
+  for (const double number : patches.points_in_part_mm) runtime::Append<std::uint64_t>(number, &bytes);
+  floats(patches.normals_in_part);
+  floats(patches.expanded_uncertainties_um);
+  floats(patches.stock_um);
+  for (const std::int64_t region : patches.regions)
+    runtime::Append<std::uint32_t>(static_cast<std::int32_t>(region), &bytes);
+  return storage::Sha256Hex(bytes);
+}
+
 runtime::Made<storage::ReconstructionRow> RecordOf(const clients::RegisteredBlade& blade,
                                                    const ReconstructionOrder& order, const AppliedRegions& regions,
                                                    const ReconstructedBlank& made) {
@@ -159,7 +161,7 @@ runtime::Made<storage::ReconstructionRow> RecordOf(const clients::RegisteredBlad
   for (std::size_t i = 0; i < regions.rows.size(); ++i)
     row.regions.push_back(RegionRowOf(regions.rows[i], made.found.regions.at(i)));
   row.holds = HoldRowsOf(made.found.proof ? made.found.proof->conflicts : made.found.holding, regions.rows.size());
-  row.patches = PatchesRowOf(made);
+  row.patches = PatchesRowOf(made.blank, made.stock_mm, made.region_of);
   row.patches_sha256 = DigestOf(row.patches);
   storage::RecordEntry entry =
       clients::EntryOf("reconstruction", runtime::NameOf("reconstructions", row.reconstruction_id), blade.registration);

@@ -11,4 +11,10 @@ runtime::Made<storage::ReconstructionRow> RecordOf(const clients::RegisteredBlad
                                                    const ReconstructionOrder& order, const AppliedRegions& regions,
                                                    const ReconstructedBlank& made);
 
+// As they are kept, each with its stock (unset: no wall looks alike) and its region; and the digest of that.
+storage::BlankPatchesRow PatchesRowOf(const std::vector<metrology::BlankPatch>& patches,
+                                      const std::vector<std::optional<double>>& stock_mm,
+                                      const std::vector<std::size_t>& regions);
+std::string DigestOf(const storage::BlankPatchesRow& patches);
+
 }  // namespace sixpoint::correction

@@ -61,7 +61,7 @@ storage::CorrectionGroupRow GroupRowOf(const CorrectedPath& corrected, bool tabl
   path.greatest_axis_deviation_deg = corrected.greatest_axis_deviation_deg;
   if (const auto& adapted = corrected.adaptation)
     path.adaptation = {adapted->greatest_shift_mm, adapted->greatest_turn_rad / kRad, adapted->gouge_um,
-                       adapted->rest_um};
+                       adapted->rest_um, adapted->deepest_compensation_um};
   for (const metrology::CorrectedToolPose& at : corrected.path.poses) {
     storage::CorrectionToolPoseRow& pose = path.poses.emplace_back();
     pose.tip_mm = Coordinates(at.start.start_mm);
@@ -122,6 +122,8 @@ storage::RecordEntry EntryOf(const storage::CorrectionRow& row, const Inputs& in
     entry.inputs.push_back(
         runtime::RevisedName("machining_models", row.machining_model_id, row.machining_model_revision));
   if (!row.reconstruction_id.empty()) entry.inputs.push_back(runtime::NameOf("reconstructions", row.reconstruction_id));
+  if (!row.machining_pass_id.empty())
+    entry.inputs.push_back(runtime::NameOf("machining_passes", row.machining_pass_id));
   entry.blade = row.blade_serial;
   entry.machine = row.machine_id;
   entry.method = registration::v1::Method_Name(inputs.registration.method());
@@ -154,6 +156,7 @@ runtime::Made<storage::CorrectionRow> RecordOf(const Inputs& inputs, const Corre
     row.machining_model_id = runtime::LastSegment(inputs.model->name());
     row.machining_model_revision = inputs.model->revision();
   }
+  if (!request.machining_pass().empty()) row.machining_pass_id = runtime::LastSegment(request.machining_pass());
   if (!request.reconstruction().empty()) row.reconstruction_id = runtime::LastSegment(request.reconstruction());
   (corrected.released ? row.nc_program : row.nc_held) = corrected.nc_program;
   row.release = corrected.released ? "AUTOMATIC" : "AWAITING_PERSON";

@@ -26,12 +26,22 @@ absl::Status CheckModelAlone(const v1::CorrectRequest& request) {
   return refusals.status();
 }
 
-absl::Status CheckReconstruction(const v1::CorrectRequest& request) {
+absl::Status CheckName(const std::string& field, const std::string& collection, const std::string& name) {
+  const absl::StatusOr<std::string> id = runtime::IdOf(field, collection, name);
+  return id.ok() ? runtime::CheckUuid(field, *id) : id.status();
+}
+
+absl::Status CheckShape(const v1::CorrectRequest& request) {
   runtime::Refusals refusals;
-  const absl::StatusOr<std::string> id = runtime::IdOf("reconstruction", "reconstructions", request.reconstruction());
-  refusals.Add(id.ok() ? runtime::CheckUuid("reconstruction", *id) : id.status());
+  if (!request.reconstruction().empty())
+    refusals.Add(CheckName("reconstruction", "reconstructions", request.reconstruction()));
+  if (!request.machining_pass().empty())
+    refusals.Add(CheckName("machining_pass", "machining_passes", request.machining_pass()));
+  if (!request.reconstruction().empty() && !request.machining_pass().empty())
+    refusals.Add(
+        runtime::Refuse("reconstruction", request.reconstruction(), "none beside machining_pass, which has one"));
   if (request.machining_model().empty())
-    refusals.Add(runtime::Refuse("machining_model", "", "the model whose paths go with the reconstruction's shape"));
+    refusals.Add(runtime::Refuse("machining_model", "", "the model whose paths go with the shape"));
   return refusals.status();
 }
 
@@ -47,7 +57,7 @@ absl::Status CheckWhat(const v1::CorrectRequest& request) {
   }
   refusals.Add(runtime::CheckWorkOffsets("work_offsets", request.work_offsets()))
       .Add(runtime::CheckToolLengths("tool_lengths", request.tool_lengths()));
-  if (!request.reconstruction().empty()) refusals.Add(CheckReconstruction(request));
+  if (!request.reconstruction().empty() || !request.machining_pass().empty()) refusals.Add(CheckShape(request));
   if (!request.machining_model().empty()) return refusals.Add(CheckModelAlone(request)).status();
   if (request.nc_template().empty() && request.work_offsets_size() + request.tool_lengths_size() > 0)
     refusals.Add(runtime::Refuse("nc_template", "empty", "the template that the offsets and tools are of"));
@@ -57,9 +67,8 @@ absl::Status CheckWhat(const v1::CorrectRequest& request) {
 }  // namespace
 
 absl::Status CheckCorrect(const v1::CorrectRequest& request) {
-  const absl::StatusOr<std::string> id = runtime::IdOf("registration", "registrations", request.registration());
   return runtime::Refusals()
-      .Add(id.ok() ? runtime::CheckUuid("registration", *id) : id.status())
+      .Add(CheckName("registration", "registrations", request.registration()))
       .Add(CheckWhat(request))
       .status();
 }
@@ -77,9 +86,10 @@ absl::Status CheckCorrectScans(const v1::CorrectScansRequest& request) {
     refusals.Add(runtime::Refuse("correction.registration", correction.registration(), wanted));
   if (!correction.request_id().empty())
     refusals.Add(runtime::Refuse("correction.request_id", correction.request_id(), wanted));
-  if (!correction.reconstruction().empty())
-    refusals.Add(runtime::Refuse("correction.reconstruction", correction.reconstruction(),
-                                 "unset: it is of a registration that was made before"));
+  for (const auto& [field, value] : {std::pair("correction.reconstruction", &correction.reconstruction()),
+                                     {"correction.machining_pass", &correction.machining_pass()}})
+    if (!value->empty())
+      refusals.Add(runtime::Refuse(field, *value, "unset: it is of a registration that was made before"));
   if (correction.dry_run())
     refusals.Add(runtime::Refuse("correction.dry_run", "true", "unset: the registration is recorded"));
   return refusals.Add(Under("correction.", CheckWhat(correction))).status();

@@ -10,6 +10,7 @@
 #include "storage/corrections.h"
 #include "storage/deviations.h"
 #include "storage/inspections.h"
+#include "storage/machining_passes.h"
 #include "storage/measurements.h"
 #include "storage/plant_store.h"
 #include "storage/reconstructions.h"
@@ -87,6 +88,10 @@ class ClearancesTest : public ::testing::Test {
     reconstructions.reader = reader;
     for (const auto& row : Listed(ReconstructionsIn(plant())->List(reconstructions, 0, 100, Soon())))
       add("reconstruction", row.part_id);
+    MachiningPassFilter passes;
+    passes.reader = reader;
+    for (const auto& row : Listed(MachiningPassesIn(plant())->List(passes, 0, 100, Soon())))
+      add("machining pass", row.part_id);
     MeasurementFilter measurements;
     measurements.reader = reader;
     for (const auto& row : Listed(MeasurementsIn(plant())->List(measurements, 0, 100, Soon())))
@@ -107,8 +112,9 @@ class ClearancesTest : public ::testing::Test {
     for (const std::string& word : words)
       for (const char* list :
            {"part", "blade", "scan", "registration", "correction", "inspection", "deviation", "section",
-            "reconstruction", "measurement", "study", "recall of registration", "recall of correction",
-            "recall of inspection", "recall of deviation", "recall of section", "recall of reconstruction"})
+            "reconstruction", "machining pass", "measurement", "study", "recall of registration",
+            "recall of correction", "recall of inspection", "recall of deviation", "recall of section",
+            "recall of reconstruction", "recall of machining_pass"})
         all.insert(std::string(list) + " " + word);
     if (studies > 0) all.insert("recall study");
     return all;

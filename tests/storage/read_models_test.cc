@@ -148,8 +148,10 @@ class ReadModelsTest : public ::testing::Test {
                                     calibrations);
     sixpoint::testing::PutSections(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2), "50 %",
                                    calibrations);
-    sixpoint::testing::PutReconstruction(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2),
-                                         "edge", calibrations);
+    const std::string reconstruction = sixpoint::testing::PutReconstruction(
+        *transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2), "edge", calibrations);
+    sixpoint::testing::PutMachiningPass(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2),
+                                        reconstruction, calibrations);
     ASSERT_TRUE(transaction->Commit().ok());
   }
   // Of a part that everybody sees, too, and what another instrument measured by them.

@@ -10,6 +10,7 @@
 #include "storage/corrections.h"
 #include "storage/deviations.h"
 #include "storage/inspections.h"
+#include "storage/machining_passes.h"
 #include "storage/reconstructions.h"
 #include "storage/registrations.h"
 #include "storage/sections.h"
@@ -211,7 +212,31 @@ class ResultStoreTest : public ::testing::Test {
   }
 };
 
-using Aggregates = ::testing::Types<Registrations, Corrections, Inspections, Deviations, Sections, Reconstructions>;
+struct MachiningPasses {
+  using Row = MachiningPassRow;
+  using Filter = MachiningPassFilter;
+  static constexpr auto kId = &Row::pass_id;
+  static constexpr auto kIn = MachiningPassesIn;
+  static constexpr char kKind[] = "machining_pass";
+  static Row Make() {
+    Row row = RowOfThePlant<Row>();
+    row.registration_id = row.correction_id = row.reconstruction_id =
+        std::string(sixpoint::testing::kRegistration).substr(14);
+    row.method = "BEST_FIT";
+    row.number = 1;
+    row.outcome = "NOT_DETERMINED";
+    row.remark = "too little was seen";
+    row.taken_count = row.patch_count = 1;
+    row.patches_sha256 = std::string(64, '0');
+    row.computed_on = "x86-64";
+    row.scan_ids = {"s0"};
+    row.patches = {{0, 0, 0}, {0, 0, 1}, {1}, {NAN}, {0}};
+    return row;
+  }
+};
+
+using Aggregates =
+    ::testing::Types<Registrations, Corrections, Inspections, Deviations, Sections, Reconstructions, MachiningPasses>;
 TYPED_TEST_SUITE(ResultStoreTest, Aggregates);
 
 TYPED_TEST(ResultStoreTest, WhatIsRecordedIsFoundWithItsSequenceAndTime) {

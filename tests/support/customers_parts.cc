@@ -11,6 +11,7 @@
 #include "storage/drawings.h"
 #include "storage/inspections.h"
 #include "storage/machining_models.h"
+#include "storage/machining_passes.h"
 #include "storage/measurements.h"
 #include "storage/plant_registry.h"
 #include "storage/reconstructions.h"
@@ -229,6 +230,27 @@ std::string PutReconstruction(storage::Transaction& transaction, const std::stri
   return name;
 }
 
+std::string PutMachiningPass(storage::Transaction& transaction, const std::string& part_id,
+                             const std::string& blade_serial, const std::string& registration,
+                             const std::string& reconstruction, const MachinesCalibrations& calibrations) {
+  auto row = ResultOf<storage::MachiningPassRow>(part_id, blade_serial, calibrations);
+  row.pass_id = storage::NewUuid();
+  row.registration_id = IdOf(registration);
+  row.correction_id = row.reconstruction_id = IdOf(reconstruction);
+  row.method = "BEST_FIT";
+  row.number = 1;
+  row.outcome = "DONE";
+  row.taken_count = 100;
+  row.patch_count = 1;
+  row.patches_sha256 = std::string(64, '0');
+  row.computed_on = "x86-64";
+  row.regions = {{"edge", 1, 0.95, 2, 1, 3, 40, 20, 1, 0.2}};
+  row.patches = {{1, 2, 3}, {0, 0, 1}, {2}, {2}, {0}};
+  const std::string name = "machining_passes/" + row.pass_id;
+  Must(storage::InsertMachiningPass(transaction, row, EntryOfM1(name, {registration, reconstruction}, blade_serial)));
+  return name;
+}
+
 MachinesCalibrations PutCalibratedMachine(storage::Database* database) {
   storage::Transaction transaction = Must(database->Begin(Soon(60)));
   RegisterMachine(transaction, "m1");
@@ -405,6 +427,8 @@ CustomersPart PutCustomersPart(storage::Database* database, const std::string& w
                                 "root of " + made.word, calibrations);
     made.reconstruction = PutReconstruction(transaction, IdOf(made.part), IdOf(made.blade), made.registration,
                                             "edge of " + made.word, calibrations);
+    made.machining_pass = PutMachiningPass(transaction, IdOf(made.part), IdOf(made.blade), made.registration,
+                                           made.reconstruction, calibrations);
     made.study = PutStudy(transaction, made);
   });
   Must(storage::DeleteScanPoints(database, nullptr,

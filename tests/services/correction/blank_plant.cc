@@ -48,9 +48,18 @@ BlankPlant::BlankPlant(double lacking_mm) : design(LensBlade({10, 2.5, 12}, 90))
   truth = BlankPoints(*design, places->places, [lacking_mm](const Vector3d& x, const Vector3d& normal) {
     return OnBlank(lacking_mm, x, normal);
   });
+  ScanAll();
+}
+
+void BlankPlant::ScanAll() {
   std::mt19937_64 random(11);
   const double b_deg[] = {90, -90, 50, -130};
   for (std::size_t scan = 0; scan < scans.size(); ++scan) Scan(scan, b_deg[scan], &random);
+}
+
+void BlankPlant::Become(const std::function<BlankPoint(const BlankPoint&)>& machined) {
+  for (BlankPoint& point : truth) point = machined(point);
+  ScanAll();
 }
 
 plant::v1::ShapeRegion* BlankPlant::AddRegion(const std::string& name, plant::v1::ShapeRegionKind kind) {

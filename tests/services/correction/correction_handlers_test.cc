@@ -89,7 +89,7 @@ class CorrectionHandlersTest : public ::testing::Test {
   CorrectionService service_{
       store_,
       events_,
-      nullptr,  // no test names a reconstruction
+      {},  // no test names a shape
       std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
       {4, 0},
       1};

@@ -129,8 +129,13 @@ void JudgedPlant::StoreRows() {
   }
   StoreCalibration(*transaction, kSensorCalibration, "sensor", "", "JOINT", *blob);
   StoreCalibration(*transaction, kRotationCalibration, "rotation", "", "LINES", *blob);
+  ASSERT_TRUE(transaction->Commit().ok());
+  StoreRegistration(kRegistration);
+}
+
+void JudgedPlant::StoreRegistration(const std::string& name) {
   storage::RegistrationRow row;
-  row.registration_id = IdOf(kRegistration);
+  row.registration_id = IdOf(name);
   row.blade_serial = "sn1";
   row.machine_id = "m1";
   row.machine_revision = 1;
@@ -142,7 +147,9 @@ void JudgedPlant::StoreRows() {
   row.outcome = "NOT_CONVERGED";  // without values: the stand-in tells them
   row.weakest_direction = std::vector<double>(6, 0.4);
   row.software_version = "test";
-  const auto stored = storage::InsertRegistration(*transaction, row, Entry("registration", kRegistration));
+  auto transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  const auto stored = storage::InsertRegistration(*transaction, row, Entry("registration", name));
   ASSERT_TRUE(stored.ok()) << stored.status();
   ASSERT_TRUE(transaction->Commit().ok());
 }

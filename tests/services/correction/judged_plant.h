@@ -23,6 +23,9 @@ class JudgedPlant : public StandIns {
   void Characterise(bool is_b, const std::vector<double>& forward_error_deg,
                     const std::vector<double>& backward_error_deg, double standard_uncertainty_deg);
 
+  // A registration of this name in the record, beside kRegistration.
+  void StoreRegistration(const std::string& name);
+
   ThrowawayDatabase database;
 
  private:

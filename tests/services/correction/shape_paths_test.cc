@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
+#include <optional>
 
 #include "services/correction/correction_service.h"
 #include "services/correction/lattice_bytes.h"
+#include "services/correction/machining_pass_service.h"
 #include "services/correction/reconstruction_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
@@ -98,16 +101,53 @@ class ShapePathsTest : public ::testing::Test {
     EXPECT_TRUE(status.ok()) << status.error_message();
     return made;
   }
-  absl::StatusOr<v1::Correction> Correct(const std::string& reconstruction) {
+  absl::StatusOr<v1::Correction> Correct(const std::string& reconstruction, const std::string& pass = "") {
     v1::CorrectRequest request;
-    request.set_registration(testing::kRegistration);
+    request.set_registration(plant_.registration.registration.name());
     request.set_machining_model("machining_models/edm");
     request.set_reconstruction(reconstruction);
+    request.set_machining_pass(pass);
     request.set_request_id(storage::NewUuid());
     v1::Correction made;
     const grpc::Status status = stub_->Correct(runtime::ContextFor(120).get(), request, &made);
     if (!status.ok()) return runtime::FromGrpc(status);
     return made;
+  }
+  // All that stands above the shape is cut by a tool that gives way by a share of what it removes; then it is scanned and registered anew.
+  // deeper: commanded beyond the shape by a part of what it gives way.
+  void Cut(const v1::Correction& correction, const metrology::Surface& shape, double share, double deeper,
+           const std::string& again) {
+    v1::ReportCutRequest report;
+    report.set_name(correction.name());
+    report.add_holes()->set_group("edge");
+    report.mutable_holes(0)->set_hole("edge");
+    report.set_request_id(storage::NewUuid());
+    v1::Correction cut;
+    const grpc::Status reported = stub_->ReportCut(runtime::ContextFor(30).get(), report, &cut);
+    ASSERT_TRUE(reported.ok()) << reported.error_message();
+    plant_.Become([&](const testing::BlankPoint& before) {
+      testing::BlankPoint point = before;
+      if (!(point.place_mm.x() > testing::kEdge_mm && point.place_mm.z() > -6)) return point;
+      const metrology::SurfacePoint foot = shape.Closest(point.point_mm);
+      // rest = share * (removed - deeper * stock), removed = stock - rest
+      const double stock_mm = foot.signed_distance_mm, rest_mm = share * (1 - deeper) * stock_mm / (1 + share);
+      if (stock_mm > rest_mm) point.point_mm = foot.point_mm + rest_mm * foot.normal;
+      return point;
+    });
+    plant_.registration.registration.set_name(again);
+    plant_.registration.registration.mutable_scans_received_at()->set_seconds(std::time(nullptr) + 2);
+    plant_.StoreRegistration(again);
+  }
+  absl::StatusOr<v1::MachiningPass> Look(const std::string& correction, std::optional<double> rest_mm) {
+    v1::NextPassRequest request;
+    request.set_correction(correction);
+    request.set_registration(plant_.registration.registration.name());
+    if (rest_mm) request.set_greatest_rest_mm(*rest_mm);
+    request.set_request_id(storage::NewUuid());
+    v1::MachiningPass pass;
+    const grpc::Status status = looks_->NextPass(runtime::ContextFor(120).get(), request, &pass);
+    if (!status.ok()) return runtime::FromGrpc(status);
+    return pass;
   }
   std::string Refusal(const std::string& reconstruction) {
     const auto correction = Correct(reconstruction);
@@ -136,11 +176,17 @@ class ShapePathsTest : public ::testing::Test {
   ReconstructionService reconstructions_{kept_, peers_, {1, 4}, 2};
   CorrectionService corrections_{storage::CorrectionsIn(plant_.database.database()),
                                  storage::CorrectionEventsIn(plant_.database.database()),
-                                 kept_,
+                                 {kept_, storage::MachiningPassesIn(plant_.database.database())},
                                  peers_,
                                  {4, 0},
                                  2};
-  testing::InProcessServer server_{{&reconstructions_, &corrections_}};
+  MachiningPassService passes_{{kept_, storage::MachiningPassesIn(plant_.database.database())},
+                               storage::CorrectionsIn(plant_.database.database()),
+                               peers_,
+                               {1, 4},
+                               2};
+  testing::InProcessServer server_{{&reconstructions_, &corrections_, &passes_}};
+  std::unique_ptr<v1::MachiningPassService::Stub> looks_ = v1::MachiningPassService::NewStub(server_.Connect());
   std::unique_ptr<v1::ReconstructionService::Stub> shapes_ = v1::ReconstructionService::NewStub(server_.Connect());
   std::unique_ptr<v1::CorrectionService::Stub> stub_ = v1::CorrectionService::NewStub(server_.Connect());
 };
@@ -223,6 +269,84 @@ TEST_F(ShapePathsTest, WhatIsNoShapeForThisProgramIsRefused) {
   model.mutable_operations(0)->clear_paths();
   SetModel(model);
   EXPECT_THAT(Refusal(shape.name()), HasSubstr("has no paths"));
+}
+
+constexpr char kAgain[] = "registrations/00000000-0000-7000-8000-000000000013";
+constexpr char kOnceMore[] = "registrations/00000000-0000-7000-8000-000000000023";
+
+// The published loop: machined, scanned, compared, and once more by what the tool was seen to leave.
+TEST_F(ShapePathsTest, TheNextPassIsCommandedByWhatTheOneBeforeLeft) {
+  constexpr double kShare = 0.5, kWithin_mm = 0.02;
+  const v1::Reconstruction shape = Reconstruct();
+  const auto surface = ShapeOf(shape);
+  const auto first = Correct(shape.name());
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_THAT(std::string(Look(first->name(), kWithin_mm).status().message()), HasSubstr("has not cut edge/edge"));
+  Cut(*first, *surface, kShare, 0, kAgain);
+  const auto left = Look(first->name(), kWithin_mm);
+  ASSERT_TRUE(left.ok()) << left.status();
+  ASSERT_EQ(left->outcome(), v1::MACHINING_PASS_OUTCOME_ANOTHER_PASS) << left->DebugString();
+  EXPECT_EQ(left->number(), 1);
+  EXPECT_EQ(left->correction(), first->name());
+  EXPECT_EQ(left->reconstruction(), shape.name());
+  ASSERT_EQ(left->regions_size(), 3);
+  EXPECT_NEAR(left->regions(0).deflection_share(), kShare, 0.03);
+  EXPECT_NEAR(left->regions(0).offset_um(), 0, 5);
+  EXPECT_GT(left->regions(0).greatest_rest_um(), 30);
+  EXPECT_FALSE(left->regions(1).has_mean_rest_um());
+
+  v1::GetMachiningPassRequest get;
+  get.set_name(left->name());
+  v1::MachiningPass back;
+  ASSERT_TRUE(looks_->GetMachiningPass(runtime::ContextFor(10).get(), get, &back).ok());
+  EXPECT_EQ(back.DebugString(), left->DebugString());
+  v1::ReplayMachiningPassRequest replay_request;
+  replay_request.set_name(left->name());
+  replay::v1::Replay replay;
+  ASSERT_TRUE(looks_->ReplayMachiningPass(runtime::ContextFor(120).get(), replay_request, &replay).ok());
+  EXPECT_EQ(replay.outcome(), replay::v1::REPLAY_OUTCOME_SAME_BITS) << replay.DebugString();
+
+  const auto second = Correct("", left->name());
+  ASSERT_TRUE(second.ok()) << second.status();
+  EXPECT_EQ(second->machining_pass(), left->name());
+  EXPECT_EQ(second->reconstruction(), shape.name());
+  EXPECT_EQ(second->state(), v1::CORRECTION_STATE_RELEASED) << second->DebugString();
+  const v1::CorrectedGroup& edge = second->groups(0);
+  EXPECT_GT(edge.adaptation().deepest_compensation_um(), 2);
+  EXPECT_LT(edge.adaptation().gouge_um(), 5);
+  // Deeper than the shape by what the tool will give way: a share of what is left there.
+  double worst_um = 0, deeper_um = 0, gives_way_um = 0;
+  for (const v1::CorrectedToolPose& pose : edge.poses()) {
+    const metrology::SurfacePoint foot = surface->Closest(InPart(pose));
+    double stock_mm = 0, nearest_mm = 1;
+    for (const testing::BlankPoint& point : plant_.truth)
+      if (const double away_mm = (point.point_mm - foot.point_mm).norm(); away_mm < nearest_mm) {
+        nearest_mm = away_mm;
+        stock_mm = surface->Closest(point.point_mm).signed_distance_mm;
+      }
+    const double deeper_mm = kRadius_mm - foot.signed_distance_mm;
+    worst_um = std::max(worst_um, 1e3 * std::abs(deeper_mm - kShare * stock_mm));
+    deeper_um += 1e3 * deeper_mm;
+    gives_way_um += 1e3 * kShare * stock_mm;
+  }
+  EXPECT_LT(worst_um, 5);
+  EXPECT_GT(gives_way_um / edge.poses_size(), 5) << "nothing gives way: nothing is tested";
+  EXPECT_NEAR(deeper_um / gives_way_um, 1, 0.15);
+
+  Cut(*second, *surface, kShare, deeper_um / gives_way_um, kOnceMore);
+  const auto done = Look(second->name(), kWithin_mm);
+  ASSERT_TRUE(done.ok()) << done.status();
+  EXPECT_EQ(done->outcome(), v1::MACHINING_PASS_OUTCOME_DONE) << done->DebugString();
+  EXPECT_EQ(done->number(), 2);
+  EXPECT_EQ(done->remark(), "");
+  EXPECT_THAT(std::string(Correct("", done->name()).status().message()), HasSubstr("is DONE, want one after which"));
+  v1::ListMachiningPassesRequest list;
+  list.set_blade("blades/sn1");
+  list.set_outcome(v1::MACHINING_PASS_OUTCOME_ANOTHER_PASS);
+  v1::ListMachiningPassesResponse listed;
+  ASSERT_TRUE(looks_->ListMachiningPasses(runtime::ContextFor(10).get(), list, &listed).ok());
+  ASSERT_EQ(listed.machining_passes_size(), 1);
+  EXPECT_EQ(listed.machining_passes(0).name(), left->name());
 }
 
 }  // namespace

@@ -182,7 +182,8 @@ function One({ id }: { id: string }) {
                 <dt>Rotary axes</dt><dd><a href={pageOf(correction.rotationCalibration)}>calibration {shortId(correction.rotationCalibration)}</a></dd>
                 {correction.machiningModel && <><dt>Machining model</dt><dd>{idOf(withoutRevision(correction.machiningModel))}, revision {correction.machiningModel.split('@')[1]}</dd></>}
                 {correction.reconstruction && <><dt>On the shape of</dt><dd><a href={pageOf(correction.blade)}>reconstruction {shortId(correction.reconstruction)}</a></dd></>}
-                {correction.groups.map(({ group, adaptation }) => adaptation && <><dt>{group} beside its template</dt><dd>up to {number(adaptation.greatestShiftMm, 3)}&#8239;mm and {number(adaptation.greatestTurnDeg, 2)}&#8239;° off; cuts up to {number(adaptation.gougeUm, 1)}&#8239;µm deeper, leaves up to {number(adaptation.restUm, 1)}&#8239;µm more</dd></>)}
+                {correction.machiningPass && <><dt>By what was left after</dt><dd>machining pass {shortId(correction.machiningPass)}</dd></>}
+                {correction.groups.map(({ group, adaptation }) => adaptation && <><dt>{group} beside its template</dt><dd>up to {number(adaptation.greatestShiftMm, 3)}&#8239;mm and {number(adaptation.greatestTurnDeg, 2)}&#8239;° off; cuts up to {number(adaptation.gougeUm, 1)}&#8239;µm deeper, leaves up to {number(adaptation.restUm, 1)}&#8239;µm more{adaptation.deepestCompensationUm !== undefined && `; commanded up to ${number(adaptation.deepestCompensationUm, 1)}\u202fµm deeper by the pass before`}</dd></>)}
                 {correction.proof && <><dt>Program read back</dt><dd>{plural(correction.proof.poseCount, 'pose')}, greatest difference {number(correction.proof.greatestDifferenceUm, 2)}&#8239;µm of at most 1</dd></>}
               </dl>
               <h2>Beyond the gate</h2>
