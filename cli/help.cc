@@ -163,7 +163,7 @@ constexpr Example kExamples[] = {
     {"reconstruction patches", "sixpoint reconstruction patches 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out sn-1.csv"},
     {"pass next",
      "sixpoint pass next 7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11 --registration 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e"},
-    {"pass list", "sixpoint pass list --blade SN-1 --outcome another_pass"},
+    {"pass list", "sixpoint pass list --blade SN-1 --outcome another-pass"},
     {"section measure",
      "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --heights 320,330,340\n"
      "sixpoint section measure 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --planes sections.yaml --reference 'root'"},

@@ -40,8 +40,11 @@ void TakeCutBefore(const std::vector<storage::CutHoleRow>& cut, Inputs* inputs) 
   std::set<std::string> names;
   for (const metrology::NominalHoleGroup& group : inputs->groups) names.insert(group.name);
   for (const ModelPath& path : inputs->paths) names.insert(path.nominal.name);
+  const auto was_measured = [&](const storage::CutHoleRow& row) {
+    return inputs->looked_at_up_to && row.record_sequence <= *inputs->looked_at_up_to;
+  };
   for (const storage::CutHoleRow& row : cut)
-    if (names.count(row.hole.group_name) > 0 && row.record_sequence > inputs->looked_at_up_to)
+    if (names.count(row.hole.group_name) > 0 && !was_measured(row))
       inputs->cut_before.push_back(row.hole.group_name + "/" + row.hole.hole_name);
 }
 

@@ -44,11 +44,11 @@ struct Inputs {
   std::vector<ModelPath> paths;                       // the model's
   std::shared_ptr<const metrology::Surface> surface;  // none where the machine's record asks for no keep-out
   bool checked_in_clamping = false;  // an interim check of the scanner was accepted there, where one is asked for
-  std::vector<std::string> against_clamping;  // registrations that say that the blade stands there no more
-  std::vector<std::string> cut_before;        // holes of those groups, by other programs of this blade
-  std::int64_t looked_at_up_to = 0;           // in the record: what was cut before it a machining pass has measured
-  std::vector<std::string> models_not_named;  // the part's, where a template was sent without one
-  std::vector<std::string> scrapped_by;       // disposition or assessment by which the blade is scrap; empty: it is not
+  std::vector<std::string> against_clamping;    // registrations that say that the blade stands there no more
+  std::vector<std::string> cut_before;          // holes of those groups, by other programs of this blade
+  std::optional<std::int64_t> looked_at_up_to;  // in the record: what was cut before, a machining pass has measured
+  std::vector<std::string> models_not_named;    // the part's, where a template was sent without one
+  std::vector<std::string> scrapped_by;  // disposition or assessment by which the blade is scrap; empty: it is not
   std::chrono::system_clock::time_point now;
   // Of a replay: what the gate found of the moment it judged at, which is not found again. Each stands for what is found of its kind.
   std::vector<metrology::GateCheck> checks_of_then;

@@ -247,7 +247,9 @@ std::string PutMachiningPass(storage::Transaction& transaction, const std::strin
   row.regions = {{"edge", 1, 0.95, 2, 1, 3, 40, 20, 1, 0.2}};
   row.patches = {{1, 2, 3}, {0, 0, 1}, {2}, {2}, {0}};
   const std::string name = "machining_passes/" + row.pass_id;
-  Must(storage::InsertMachiningPass(transaction, row, EntryOfM1(name, {registration, reconstruction}, blade_serial)));
+  storage::RecordEntry entry = EntryOfM1(name, {registration, reconstruction}, blade_serial);
+  entry.kind = "machining_pass";
+  Must(storage::InsertMachiningPass(transaction, row, entry));
   return name;
 }
 
