@@ -120,7 +120,7 @@ CREATE TABLE machining_pass_patches (
 COMMENT ON TABLE machining_pass_patches IS 'What was measured of a machined surface: X, Y, Z patch by patch, outward normals, and what stands above the shape.';
 COMMENT ON COLUMN machining_pass_patches.expanded_uncertainties_um IS '95 %, of the point along its normal.';
 COMMENT ON COLUMN machining_pass_patches.stock_um IS 'Above the shape; NaN: no surface near it looks alike.';
-COMMENT ON COLUMN machining_pass_patches.regions IS 'Places in machining_pass_regions.';
+COMMENT ON COLUMN machining_pass_patches.regions IS 'Places in machining_pass_regions; their number where stock_um is NaN.';
 
 DO $$
 DECLARE

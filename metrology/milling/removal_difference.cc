@@ -31,11 +31,7 @@ absl::StatusOr<RemovalDifference> CompareRemoval(const CutBeside& first, const C
     const double left_mm = before.top_mm[d], now_mm = after.top_mm[d];
     if (left_mm >= first.dexels[d].top_mm && now_mm >= second.dexels[d].top_mm) continue;
     ++difference.compared_count;
-    const double deeper_mm = std::min(left_mm, 0.0) - now_mm;
-    if (deeper_mm > difference.deepest_mm) {
-      difference.deepest_mm = deeper_mm;
-      difference.deepest = d;
-    }
+    difference.deepest_mm = std::max(difference.deepest_mm, std::min(left_mm, 0.0) - now_mm);
     if (left_mm <= touch_mm) difference.most_rest_mm = std::max(difference.most_rest_mm, now_mm - left_mm);
   }
   return difference;

@@ -19,7 +19,6 @@ struct CutBeside {
 struct RemovalDifference {
   std::size_t compared_count = 0;  // dexels that either path comes upon
   double deepest_mm = 0;           // below what the first leaves of its surface, and below the second's; 0: nowhere
-  std::size_t deepest = 0;         // the dexel where
   double most_rest_mm = 0;  // above what the first leaves, where that touches its surface within touch_mm; 0: nowhere
 };
 

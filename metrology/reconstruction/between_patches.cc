@@ -1,11 +1,11 @@
 // Where a blank's machined surface stands between its patches. A design of waves that are as narrow as a patch, moved along itself by the blank, lies
 // lower between two patches than at either; what is known of it is how the patches about it were carried.
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "metrology/parallel/loops.h"
+#include "metrology/reconstruction/deformed_surface.h"
 #include "metrology/reconstruction/shape_problem.h"
 
 namespace sixpoint::metrology {
@@ -78,7 +78,7 @@ void ShapeProblem::GuessBetween(const FreeFormDeformation& blank_as) {
       ++count;
     });
     if (count < kLeastAbout) return std::nullopt;
-    const Vector3d normal = (local->Jacobian().inverse().transpose() * on.normal).normalized();
+    const Vector3d normal = DeformedNormal(local->Jacobian(), on.normal);
     Guess made{{on.point_mm + local->displacement_mm + rest_mm / weights * normal, normal, uncertainty_mm},
                {},
                -std::numeric_limits<double>::infinity()};
@@ -124,7 +124,7 @@ std::size_t ShapeProblem::TakeLacking(const FreeFormDeformation& deformation) {
         continue;
       guess.near.displacement_mm = local->displacement_mm;
       // Nor is looked for the foot of what has plenty, wherever that is.
-      const Vector3d normal = (local->Jacobian().inverse().transpose() * guess.near.design_normal).normalized();
+      const Vector3d normal = DeformedNormal(local->Jacobian(), guess.near.design_normal);
       const Vector3d from_mm = patch.point_mm - guess.near.place_mm - local->displacement_mm;
       const double out_mm = normal.dot(from_mm);
       guess.spare_mm = out_mm - kGoesAlong * (from_mm - out_mm * normal).norm() - most_wanted_mm -

@@ -36,15 +36,17 @@ void LearnTool(const std::vector<const PassPatch*>& cut, PassRegion* region) {
   region->offset_mm = rest - *region->deflection_share * removed;
 }
 
-double SeenPart(const DesignPlaces& design, const std::vector<ShapeRegion>& regions, std::size_t region,
-                const PlaceGrid& seen) {
-  double area_mm2 = 0, seen_mm2 = 0;
+void SetSeenParts(const DesignPlaces& design, const std::vector<ShapeRegion>& regions, const PlaceGrid& seen,
+                  std::vector<PassRegion>* found) {
+  std::vector<double> area_mm2(regions.size()), seen_mm2(regions.size());
   for (const DesignPlace& place : design.places) {
-    if (RegionAt(regions, place.point_mm, place.normal) != region) continue;
-    area_mm2 += place.area_mm2;
-    if (seen.Has(place.point_mm, place.normal, kSameWallCosine)) seen_mm2 += place.area_mm2;
+    const std::size_t r = RegionAt(regions, place.point_mm, place.normal);
+    if (r >= regions.size()) continue;
+    area_mm2[r] += place.area_mm2;
+    if (seen.Has(place.point_mm, place.normal, kSameWallCosine)) seen_mm2[r] += place.area_mm2;
   }
-  return area_mm2 > 0 ? seen_mm2 / area_mm2 : 0;
+  for (std::size_t r = 0; r < regions.size(); ++r)
+    (*found)[r].seen_part = area_mm2[r] > 0 ? seen_mm2[r] / area_mm2[r] : 0;
 }
 
 void Look(const ShapeRegion& limits, const PassPatch& patch, double guard_mm,
@@ -109,9 +111,9 @@ JudgedPass JudgePass(const DesignPlaces& design, const std::vector<ShapeRegion>&
     if (limits.kind == RegionKind::kMachined && patch.removed_mm && *patch.removed_mm > kLeastCut_mm + guard_mm)
       cut[patch.region].push_back(&patch);
   }
+  SetSeenParts(design, regions, seen, &judged.regions);
   for (std::size_t r = 0; r < regions.size(); ++r) {
     PassRegion& region = judged.regions[r];
-    region.seen_part = SeenPart(design, regions, r, seen);
     if (region.mean_rest_mm) *region.mean_rest_mm /= static_cast<double>(region.patch_count);
     if (regions[r].kind == RegionKind::kDatum) continue;
     LearnTool(cut[r], &region);

@@ -185,10 +185,7 @@ absl::Status AdaptToShape(const ShapeStores& stores, const clients::BladePeers& 
   if (!row.ok()) return row.status();
   if (absl::Status good = CheckRow(*row, *inputs); !good.ok()) return good;
   if (absl::Status good = CheckPaths(*inputs); !good.ok()) return good;
-  const auto part =
-      peers.plant.GetPart(inputs->registration.part(), inputs->registration.part_revision(), caller.make_context());
-  if (!part.ok()) return part.status();
-  const auto surface = peers.plant.GetSurface(*part, caller.make_context(), caller.keep_going);
+  const auto surface = peers.plant.GetSurface(inputs->part, caller.make_context(), caller.keep_going);
   if (!surface.ok()) return surface.status();
   const auto shape = ShapeOf(*stores.reconstructions, *row, *surface, threads, caller);
   if (!shape.ok()) return shape.status();

@@ -93,7 +93,8 @@ CorrectionService::CorrectionService(std::shared_ptr<storage::CorrectionStore> s
       shapes_(std::move(shapes)),
       peers_(std::move(peers)),
       threads_(threads),
-      running_(limits, "corrections", errors::v1::CORRECTIONS_FULL) {
+      running_(limits, "corrections", errors::v1::CORRECTIONS_FULL),
+      on_shapes_({1, limits.waiting}, "corrections on shapes", errors::v1::CORRECTIONS_FULL) {
   Metrics();
 }
 
@@ -120,7 +121,8 @@ grpc::Status CorrectionService::CorrectScans(grpc::ServerContext* context, const
 
 absl::StatusOr<v1::Correction> CorrectionService::CorrectOnce(const v1::CorrectRequest& request,
                                                               const runtime::Caller& caller) {
-  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  const bool on_shape = !request.reconstruction().empty() || !request.machining_pass().empty();
+  const auto slot = PoolOf(on_shape).Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return slot.status();
   if (request.dry_run()) return DryRun(request, caller);
   bool made = false;
@@ -146,19 +148,8 @@ absl::StatusOr<v1::Correction> CorrectionService::CorrectOnce(const v1::CorrectR
       [made](const storage::CorrectionRow& row) { return made ? WithProgram(row) : ToProto(row); });
 }
 
-absl::StatusOr<Inputs> CorrectionService::Fetched(const v1::CorrectRequest& request,
-                                                  const runtime::Caller& caller) const {
-  absl::StatusOr<Inputs> inputs = FetchInputs(*peers_, request, caller);
-  if (!inputs.ok()) return inputs;
-  absl::Status adapted = AdaptToShape(shapes_, *peers_, threads_, caller, &*inputs);
-  if (!adapted.ok()) return adapted;
-  return inputs;
-}
-
-absl::StatusOr<Inputs> CorrectionService::FetchedAsRecorded(const v1::Correction& recorded,
-                                                            const v1::CorrectRequest& request,
-                                                            const runtime::Caller& caller) const {
-  absl::StatusOr<Inputs> inputs = FetchAsRecorded(*peers_, recorded, request, caller);
+absl::StatusOr<Inputs> CorrectionService::OnItsShape(absl::StatusOr<Inputs> inputs,
+                                                     const runtime::Caller& caller) const {
   if (!inputs.ok()) return inputs;
   absl::Status adapted = AdaptToShape(shapes_, *peers_, threads_, caller, &*inputs);
   if (!adapted.ok()) return adapted;
@@ -167,7 +158,7 @@ absl::StatusOr<Inputs> CorrectionService::FetchedAsRecorded(const v1::Correction
 
 absl::StatusOr<runtime::Made<storage::CorrectionRow>> CorrectionService::Make(const v1::CorrectRequest& request,
                                                                               const runtime::Caller& caller) const {
-  absl::StatusOr<Inputs> inputs = Fetched(request, caller);
+  absl::StatusOr<Inputs> inputs = OnItsShape(FetchInputs(*peers_, request, caller), caller);
   if (!inputs.ok()) return inputs.status();
   const auto cut = events_->CutHoles(runtime::LastSegment(inputs->registration.blade()), caller.deadline);
   if (!cut.ok()) return cut.status();
@@ -192,7 +183,7 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
   if (!recorded.ok()) return ToGrpc(recorded.status());
   const auto nc_template = events_->TemplateOf(*row, caller.deadline);
   if (!nc_template.ok() && !absl::IsDataLoss(nc_template.status())) return ToGrpc(nc_template.status());
-  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  const auto slot = PoolOf(!recorded->reconstruction().empty()).Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
   auto registration = peers_->registrations.Replay(recorded->registration(), caller.make_context());
   if (!registration.ok()) return ToGrpc(registration.status());
@@ -204,6 +195,7 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
     if (IsOfTheMoment(check.kind()))
       replay->add_taken_as_recorded("checks[" + v1::ReleaseCheckKind_Name(check.kind()) + "]");
   if (!recorded->reconstruction().empty()) replay->add_taken_as_recorded("reconstruction");
+  if (!recorded->machining_pass().empty()) replay->add_taken_as_recorded("machining_pass");
   runtime::AddInput(*std::move(registration), &*replay);
   *response = *std::move(replay);
   return grpc::Status::OK;
@@ -218,9 +210,9 @@ grpc::Status CorrectionService::ComputeBudget(grpc::ServerContext* context, cons
   if (!row.ok()) return ToGrpc(row.status());
   const auto recorded = AsMade(ToProto(*row));
   if (!recorded.ok()) return ToGrpc(recorded.status());
-  const auto slot = running_.Enter(caller.deadline, caller.keep_going);
+  const auto slot = PoolOf(!recorded->reconstruction().empty()).Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
-  const auto inputs = FetchedAsRecorded(*recorded, RequestOf(*row, *recorded), caller);
+  const auto inputs = OnItsShape(FetchAsRecorded(*peers_, *recorded, RequestOf(*row, *recorded), caller), caller);
   if (!inputs.ok()) return ToGrpc(inputs.status());
   return runtime::Answer(BudgetOf(*inputs, request->draws(), caller.keep_going), response);
 }
@@ -231,7 +223,7 @@ absl::StatusOr<v1::Correction> CorrectionService::MakeAgain(const storage::Corre
                                                             const runtime::Caller& caller) const {
   v1::CorrectRequest request = RequestOf(row, recorded);
   if (recorded.machining_model().empty()) request.set_nc_template(nc_template);  // else its revision has the same
-  const absl::StatusOr<Inputs> inputs = FetchedAsRecorded(recorded, request, caller);
+  const absl::StatusOr<Inputs> inputs = OnItsShape(FetchAsRecorded(*peers_, recorded, request, caller), caller);
   if (!inputs.ok()) return inputs.status();
   const absl::StatusOr<Corrected> corrected = CorrectBlade(*inputs, caller.keep_going);
   if (!corrected.ok()) return corrected.status();

@@ -47,10 +47,8 @@ class CorrectionService final : public v1::CorrectionService::Service {
  private:
   // Of a request that CheckCorrect lets pass.
   absl::StatusOr<v1::Correction> CorrectOnce(const v1::CorrectRequest& request, const runtime::Caller& caller);
-  // As FetchInputs and FetchAsRecorded, its paths on the shape that it names.
-  absl::StatusOr<Inputs> Fetched(const v1::CorrectRequest& request, const runtime::Caller& caller) const;
-  absl::StatusOr<Inputs> FetchedAsRecorded(const v1::Correction& recorded, const v1::CorrectRequest& request,
-                                           const runtime::Caller& caller) const;
+  // What FetchInputs or FetchAsRecorded gave, its paths on the shape that it names.
+  absl::StatusOr<Inputs> OnItsShape(absl::StatusOr<Inputs> inputs, const runtime::Caller& caller) const;
   absl::StatusOr<runtime::Made<storage::CorrectionRow>> Make(const v1::CorrectRequest& request,
                                                              const runtime::Caller& caller) const;
 
@@ -70,7 +68,9 @@ class CorrectionService final : public v1::CorrectionService::Service {
   const ShapeStores shapes_;
   const std::shared_ptr<const clients::BladePeers> peers_;
   const int threads_;
-  runtime::ComputePool running_;
+  // A lattice and a surface of its own take hundreds of megabytes: one at a time.
+  runtime::ComputePool& PoolOf(bool on_shape) { return on_shape ? on_shapes_ : running_; }
+  runtime::ComputePool running_, on_shapes_;
 };
 
 }  // namespace sixpoint::correction

@@ -190,10 +190,12 @@ absl::Status TurnToStation(const plant::v1::Part& part, Inputs* inputs) {
 }
 
 absl::Status FetchPart(const clients::BladePeers& peers, const runtime::Caller& caller, Inputs* inputs) {
-  const auto part =
+  auto fetched =
       peers.plant.GetPart(inputs->registration.part(), inputs->registration.part_revision(), caller.make_context());
-  if (!part.ok()) return part.status();
-  const auto nominal = clients::NominalPoseAt("registration.station", inputs->registration.station(), *part);
+  if (!fetched.ok()) return fetched.status();
+  inputs->part = *std::move(fetched);
+  const plant::v1::Part& part = inputs->part;
+  const auto nominal = clients::NominalPoseAt("registration.station", inputs->registration.station(), part);
   if (!nominal.ok()) return nominal.status();
   inputs->zero_from_part_nominal = *nominal;
   if (inputs->model.has_value()) {
@@ -201,18 +203,18 @@ absl::Status FetchPart(const clients::BladePeers& peers, const runtime::Caller& 
     if (!paths.ok()) return paths.status();
     inputs->paths = *std::move(paths);
   }
-  auto groups = WantedGroups(inputs->asked, *part, !inputs->paths.empty());
+  auto groups = WantedGroups(inputs->asked, part, !inputs->paths.empty());
   if (!groups.ok()) return groups.status();
   inputs->groups = *std::move(groups);
   if (!inputs->registration.station().empty())
-    if (absl::Status turned = TurnToStation(*part, inputs); !turned.ok()) return turned;
+    if (absl::Status turned = TurnToStation(part, inputs); !turned.ok()) return turned;
   if (inputs->model.has_value()) {
-    auto electrodes = ElectrodesOf(*inputs->model, *part);
+    auto electrodes = ElectrodesOf(*inputs->model, part);
     if (!electrodes.ok()) return electrodes.status();
     inputs->electrodes = *std::move(electrodes);
   }
   if (!(inputs->limits.keep_out_mm > 0)) return absl::OkStatus();
-  auto surface = peers.plant.GetSurface(*part, caller.make_context(), caller.keep_going);
+  auto surface = peers.plant.GetSurface(part, caller.make_context(), caller.keep_going);
   if (!surface.ok()) return surface.status();
   inputs->surface = *std::move(surface);
   return absl::OkStatus();

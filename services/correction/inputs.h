@@ -36,6 +36,7 @@ struct Inputs {
   std::vector<clients::FetchedAxis> tables;       // that the registration applied
   std::optional<metrology::RegisteredPose> pose;  // once fetched
   MachineAxes machine_axes;
+  plant::v1::Part part;  // the registration's revision
   metrology::Drilling drilling;
   std::vector<metrology::LinearTravel> travel;
   metrology::GateLimits limits;

@@ -22,8 +22,6 @@ namespace {
 
 using runtime::ToGrpc;
 
-constexpr std::size_t kPatchesOfMessage = 10'000;
-
 template <typename Row, typename Filter>
 absl::StatusOr<Row> FindRow(const storage::ResultReader<Row, Filter>& reader, storage::Deadline deadline,
                             const std::string& collection, const std::string& name, errors::v1::ErrorReason reason) {
@@ -66,6 +64,11 @@ absl::Status CheckAfter(const storage::CorrectionRow& correction, const registra
   const std::string blade = runtime::NameOf("blades", correction.blade_serial);
   if (registration.blade() != blade)
     return runtime::Refuse("registration", registration.name() + " is of " + registration.blade(), "one of " + blade);
+  // Another machine's tool would be commanded by what this one left.
+  const std::string machine = runtime::NameOf("machines", correction.machine_id);
+  if (registration.machine() != machine)
+    return runtime::Refuse("registration", registration.name() + " is on " + registration.machine(),
+                           "one on " + machine + ", which cut it");
   if (runtime::LastSegment(registration.part()) != correction.part_id ||
       registration.part_revision() != correction.part_revision)
     return runtime::Refuse("registration", registration.name() + " is of another revision of the part",
@@ -171,10 +174,7 @@ grpc::Status MachiningPassService::DownloadPassPatches(grpc::ServerContext* cont
     return ToGrpc(runtime::Failure(errors::v1::MACHINING_PASS_NOT_FOUND,
                                    "name: " + request->name() + ", want one of the stored machining_passes",
                                    {{"resource", request->name()}}));
-  for (std::size_t first = 0; first < (*patches)->stock_um.size(); first += kPatchesOfMessage)
-    if (!writer->Write(ToProto(**patches, first, kPatchesOfMessage)))
-      return ToGrpc(absl::CancelledError("patches: the client went away"));
-  return grpc::Status::OK;
+  return ToGrpc(Write(**patches, writer));
 }
 
 grpc::Status MachiningPassService::ReplayMachiningPass(grpc::ServerContext* context,

@@ -13,6 +13,8 @@
 namespace sixpoint::correction {
 namespace {
 
+constexpr std::size_t kPatchesOfMessage = 10'000;
+
 absl::Status ToProto(const storage::ReconstructionRegionRow& row, const std::string& what,
                      v1::ReconstructedRegion* out) {
   runtime::ToProto(row.applied, out->mutable_region());
@@ -66,6 +68,17 @@ void ToProto(const storage::ReconstructionMethodRow& row, v1::ReconstructionMeth
   out->set_coverage_factor(row.coverage_factor);
 }
 
+v1::BlankPatches SomeOf(const storage::BlankPatchesRow& patches, std::size_t first) {
+  v1::BlankPatches out;
+  const std::size_t end = std::min(patches.stock_um.size(), first + kPatchesOfMessage);
+  runtime::AddSlice(patches.points_in_part_mm, 3 * first, 3 * end, out.mutable_points_in_part_mm());
+  runtime::AddSlice(patches.normals_in_part, 3 * first, 3 * end, out.mutable_normals_in_part());
+  runtime::AddSlice(patches.expanded_uncertainties_um, first, end, out.mutable_expanded_uncertainties_um());
+  runtime::AddSlice(patches.stock_um, first, end, out.mutable_stock_um());
+  runtime::AddSlice(patches.regions, first, end, out.mutable_regions());
+  return out;
+}
+
 }  // namespace
 
 absl::StatusOr<v1::Reconstruction> ToProto(const storage::ReconstructionRow& row) {
@@ -114,15 +127,10 @@ absl::StatusOr<v1::Reconstruction> ToProto(const storage::ReconstructionRow& row
 
 void LeaveBasic(v1::Reconstruction* reconstruction) { reconstruction->clear_holding(); }
 
-v1::BlankPatches ToProto(const storage::BlankPatchesRow& patches, std::size_t first, std::size_t most) {
-  v1::BlankPatches out;
-  const std::size_t end = std::min(patches.stock_um.size(), first + most);
-  runtime::AddSlice(patches.points_in_part_mm, 3 * first, 3 * end, out.mutable_points_in_part_mm());
-  runtime::AddSlice(patches.normals_in_part, 3 * first, 3 * end, out.mutable_normals_in_part());
-  runtime::AddSlice(patches.expanded_uncertainties_um, first, end, out.mutable_expanded_uncertainties_um());
-  runtime::AddSlice(patches.stock_um, first, end, out.mutable_stock_um());
-  runtime::AddSlice(patches.regions, first, end, out.mutable_regions());
-  return out;
+absl::Status Write(const storage::BlankPatchesRow& patches, grpc::ServerWriter<v1::BlankPatches>* writer) {
+  for (std::size_t first = 0; first < patches.stock_um.size(); first += kPatchesOfMessage)
+    if (!writer->Write(SomeOf(patches, first))) return absl::CancelledError("patches: the client went away");
+  return absl::OkStatus();
 }
 
 v1::ReconstructRequest RequestOf(const v1::Reconstruction& recorded) {

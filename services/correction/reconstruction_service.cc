@@ -20,7 +20,7 @@ namespace {
 
 using runtime::ToGrpc;
 
-constexpr std::size_t kPatchesOfMessage = 10'000, kBytesOfPiece = std::size_t{1} << 20;
+constexpr std::size_t kBytesOfPiece = std::size_t{1} << 20;
 
 absl::StatusOr<v1::Reconstruction> MessageOf(const storage::ReconstructionRow& row) { return ToProto(row); }
 
@@ -97,10 +97,7 @@ grpc::Status ReconstructionService::DownloadBlankPatches(grpc::ServerContext* co
     return ToGrpc(runtime::Failure(errors::v1::RECONSTRUCTION_NOT_FOUND,
                                    "name: " + request->name() + ", want one of the stored reconstructions",
                                    {{"resource", request->name()}}));
-  for (std::size_t first = 0; first < (*patches)->stock_um.size(); first += kPatchesOfMessage)
-    if (!writer->Write(ToProto(**patches, first, kPatchesOfMessage)))
-      return ToGrpc(absl::CancelledError("patches: the client went away"));
-  return grpc::Status::OK;
+  return ToGrpc(Write(**patches, writer));
 }
 
 grpc::Status ReconstructionService::DownloadLattice(grpc::ServerContext* context,

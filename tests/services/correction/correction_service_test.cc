@@ -8,7 +8,6 @@
 
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
-#include "storage/machining_models.h"
 #include "storage/record.h"
 #include "tests/services/correction/judged_plant.h"
 
@@ -107,32 +106,13 @@ TEST_F(CorrectionServiceTest, CorrectsEveryHoleAndReadsBackTheSame) {
   EXPECT_THAT(names, Contains(correction->name()));
 }
 
-// As the plant keeps it, so that the correction's row has something to refer to.
-void KeepModel(storage::Database* database, const plant::v1::MachiningModel& model) {
-  storage::MachiningModelRow row;
-  row.machining_model_id = "edm";
-  row.content_sha256 = std::string(64, 'a');
-  row.part_id = "p1";
-  row.part_revision = 1;
-  row.operations = {{"OP10", "G1", 0.4, 40, 1}};
-  row.nc_template = model.nc_template();
-  storage::RecordEntry entry;
-  entry.software_version = "test";
-  entry.inputs = {"parts/p1@1"};
-  auto transaction = database->Begin(testing::Soon());
-  ASSERT_TRUE(transaction.ok()) << transaction.status();
-  const auto kept = storage::InsertMachiningModel(*transaction, row, entry);
-  ASSERT_TRUE(kept.ok()) << kept.status();
-  ASSERT_TRUE(transaction->Commit().ok());
-}
-
 TEST_F(CorrectionServiceTest, KeepsWhichMachiningModelItUsed) {
   plant_.plant.AddModel();
   v1::CorrectRequest request = Request();
   request.set_machining_model("machining_models/edm");
   EXPECT_FALSE(Correct(request).ok()) << "a model that the record does not have";
   EXPECT_EQ(Count("corrections"), 0);
-  KeepModel(plant_.database.database(), plant_.plant.models["machining_models/edm"]);
+  plant_.StoreModel({{"OP10", "G1", 0.4, 40, 1}});
   const auto correction = Correct(request);
   ASSERT_TRUE(correction.ok()) << correction.status();
   EXPECT_EQ(correction->machining_model(), "machining_models/edm@1");

@@ -133,6 +133,24 @@ void JudgedPlant::StoreRows() {
   StoreRegistration(kRegistration);
 }
 
+void JudgedPlant::StoreModel(const std::vector<storage::MachiningOperationRow>& operations) {
+  storage::MachiningModelRow row;
+  row.machining_model_id = "edm";
+  row.content_sha256 = std::string(64, 'a');
+  row.part_id = "p1";
+  row.part_revision = 1;
+  row.operations = operations;
+  row.nc_template = "M30\n";
+  storage::RecordEntry entry;
+  entry.software_version = "test";
+  entry.inputs = {"parts/p1@1"};
+  auto transaction = database.database()->Begin(Soon());
+  ASSERT_TRUE(transaction.ok()) << transaction.status();
+  const auto kept = storage::InsertMachiningModel(*transaction, row, entry);
+  ASSERT_TRUE(kept.ok()) << kept.status();
+  ASSERT_TRUE(transaction->Commit().ok());
+}
+
 void JudgedPlant::StoreRegistration(const std::string& name) {
   storage::RegistrationRow row;
   row.registration_id = IdOf(name);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "storage/machining_models.h"
 #include "tests/services/correction/stand_ins.h"
 #include "tests/support/throwaway_database.h"
 
@@ -23,6 +24,8 @@ class JudgedPlant : public StandIns {
   void Characterise(bool is_b, const std::vector<double>& forward_error_deg,
                     const std::vector<double>& backward_error_deg, double standard_uncertainty_deg);
 
+  // As the plant keeps machining_models/edm, so that a correction's row has something to refer to.
+  void StoreModel(const std::vector<storage::MachiningOperationRow>& operations);
   // A registration of this name in the record, beside kRegistration.
   void StoreRegistration(const std::string& name);
 

@@ -10,7 +10,6 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "storage/blobs.h"
-#include "storage/machining_models.h"
 #include "tests/services/correction/judged_plant.h"
 
 namespace sixpoint::correction {
@@ -64,7 +63,7 @@ class ModelPathsTest : public ::testing::Test {
       runtime::ToProto(PoseOfFan(i).axis_in_part, pose.mutable_axis_in_part());
     }
     SetModel(model);
-    Keep();
+    plant_.StoreModel({{"OP10", "G1", 0.4, 60}, {"OP20", "", 0.4, 60}});
   }
 
   void SetModel(const plant::v1::MachiningModel& model) {
@@ -78,30 +77,6 @@ class ModelPathsTest : public ::testing::Test {
     SetModel(model);
   }
   plant::v1::MachiningModel Model() { return plant_.plant.models["machining_models/edm"]; }
-  // As the plant keeps it, so that a correction's row has something to refer to.
-  void Keep() {
-    storage::MachiningModelRow row;
-    row.machining_model_id = "edm";
-    row.content_sha256 = std::string(64, 'a');
-    row.part_id = "p1";
-    row.part_revision = 1;
-    storage::MachiningOperationRow holes, fans;
-    holes.operation = "OP10";
-    holes.hole_group = "G1";
-    holes.electrode_diameter_mm = fans.electrode_diameter_mm = 0.4;
-    holes.electrode_length_mm = fans.electrode_length_mm = 60;
-    fans.operation = "OP20";
-    row.operations = {holes, fans};
-    row.nc_template = "M30\n";
-    storage::RecordEntry entry;
-    entry.software_version = "test";
-    entry.inputs = {"parts/p1@1"};
-    auto transaction = plant_.database.database()->Begin(testing::Soon());
-    const auto kept = storage::InsertMachiningModel(*transaction, row, entry);
-    ASSERT_TRUE(kept.ok()) << kept.status();
-    ASSERT_TRUE(transaction->Commit().ok());
-  }
-
   template <typename Request, typename Response>
   absl::StatusOr<Response> Call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                                 const Request& request) {

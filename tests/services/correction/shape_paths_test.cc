@@ -14,7 +14,6 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "storage/blobs.h"
-#include "storage/machining_models.h"
 #include "tests/services/correction/blank_plant.h"
 
 namespace sixpoint::correction {
@@ -66,27 +65,11 @@ class ShapePathsTest : public ::testing::Test {
     }
     model.set_nc_template(nc_template + "G0 Z50\nM30\n");
     SetModel(model);
-    Keep();
+    plant_.StoreModel({{"OP10", "G1", 2 * kRadius_mm, 40, 1}});
   }
 
   void SetModel(const plant::v1::MachiningModel& model) {
     plant_.plant.models["machining_models/edm"] = plant_.plant.models["machining_models/edm@1"] = model;
-  }
-  void Keep() {
-    storage::MachiningModelRow row;
-    row.machining_model_id = "edm";
-    row.content_sha256 = std::string(64, 'a');
-    row.part_id = "p1";
-    row.part_revision = 1;
-    row.operations = {{"OP10", "G1", 2 * kRadius_mm, 40, 1}};
-    row.nc_template = "M30\n";
-    storage::RecordEntry entry;
-    entry.software_version = "test";
-    entry.inputs = {"parts/p1@1"};
-    auto transaction = plant_.database.database()->Begin(testing::Soon());
-    const auto kept = storage::InsertMachiningModel(*transaction, row, entry);
-    ASSERT_TRUE(kept.ok()) << kept.status();
-    ASSERT_TRUE(transaction->Commit().ok());
   }
   v1::Reconstruction Reconstruct(double least_mm = -0.9) {
     v1::ReconstructRequest request;
@@ -283,6 +266,12 @@ TEST_F(ShapePathsTest, TheNextPassIsCommandedByWhatTheOneBeforeLeft) {
   ASSERT_TRUE(first.ok()) << first.status();
   EXPECT_THAT(std::string(Look(first->name(), kWithin_mm).status().message()), HasSubstr("has not cut edge/edge"));
   Cut(*first, *surface, kShare, 0, kAgain);
+  auto* const received_at = plant_.registration.registration.mutable_scans_received_at();
+  const std::int64_t after_s = received_at->seconds();
+  received_at->set_seconds(after_s - 3600);
+  EXPECT_THAT(std::string(Look(first->name(), kWithin_mm).status().message()),
+              HasSubstr("has scans from before the cut was reported"));
+  received_at->set_seconds(after_s);
   const auto left = Look(first->name(), kWithin_mm);
   ASSERT_TRUE(left.ok()) << left.status();
   ASSERT_EQ(left->outcome(), v1::MACHINING_PASS_OUTCOME_ANOTHER_PASS) << left->DebugString();
