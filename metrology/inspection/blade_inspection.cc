@@ -264,12 +264,17 @@ absl::StatusOr<BladeFindings> BladeInspection::Finish() {
                                          " mm of the CAD, want scans of this blade");
   BladeFindings findings;
   std::vector<Judged> judged(holes_.size());
-  ForEach(holes_.size(), options_.threads, [&](std::size_t i) { judged[i] = JudgedHole(i); });
+  // The summary is one long piece: the first, so that holes stand beside it.
+  ForEach(holes_.size() + 1, options_.threads, [&](std::size_t i) {
+    if (i == 0)
+      findings.deviation = Summarise();
+    else
+      judged[i - 1] = JudgedHole(i - 1);
+  });
   findings.pitches = PitchesOf(judged);
   for (Judged& hole : judged) findings.holes.push_back(std::move(hole.finding));
   findings.verdict = holes_.empty() ? Verdict::kNotMeasured : Verdict::kConform;
   for (const HoleFinding& hole : findings.holes) findings.verdict = Worst(findings.verdict, hole.verdict);
-  findings.deviation = Summarise();
   return findings;
 }
 

@@ -211,7 +211,8 @@ void NearCells::CellsAt(const Eigen::Vector3d* points_mm, std::size_t count, std
     keys[i] = inside ? KeyOf(at.cast<int>()) : kNoKey;
     __builtin_prefetch(&keys_[HashOf(keys[i]) & (keys_.size() - 1)]);
   }
-  for (std::size_t i = 0; i < count; ++i) cells[i] = Find(keys[i]);
+  // A scan's neighbours often share a cell.
+  for (std::size_t i = 0; i < count; ++i) cells[i] = i > 0 && keys[i] == keys[i - 1] ? cells[i - 1] : Find(keys[i]);
 }
 
 std::uint32_t NearCells::Find(std::uint64_t key) const {

@@ -68,42 +68,48 @@ class NearestSearch::Many::Visitor {
     return static_cast<std::size_t>(end - points);
   }
 
-  const NearestTriangle* Find(std::size_t at, const Vector3d* points, std::size_t count) {
-    std::fill_n(nearest_.begin(), count, NearestTriangle{});
+  void Find(std::size_t at, const Vector3d* points, std::size_t count, NearestTriangle* nearest) {
+    std::fill_n(nearest, count, NearestTriangle{});
     if (many_.limit_mm_ >= 0) {
       const double limit_squared = many_.limit_mm_ * many_.limit_mm_;
       if (at < many_.order_.in_cells_count)
-        batch_->Find(cell_, points, count, limit_squared, nearest_.data());
+        batch_->Find(cell_, points, count, limit_squared, nearest);
       else if (many_.FarMatter() && IsSomewhere(points[0]))
-        FindFar(points, count, limit_squared);
+        FindFar(points, count, limit_squared, nearest);
     }
-    if (nearest_[count - 1].triangle != NearestTriangle::kNone) hint_ = nearest_[count - 1].triangle;
-    return nearest_.data();
+    if (nearest[count - 1].triangle != NearestTriangle::kNone) hint_ = nearest[count - 1].triangle;
   }
 
  private:
-  void FindFar(const Vector3d* points, std::size_t count, double limit_squared) {
-    if (batch_) return batch_->FindAround(points, count, limit_squared, hint_, nearest_.data());
-    many_.tree_.FindEach(points, count, limit_squared, hint_, nearest_.data());
+  void FindFar(const Vector3d* points, std::size_t count, double limit_squared, NearestTriangle* nearest) {
+    if (batch_) return batch_->FindAround(points, count, limit_squared, hint_, nearest);
+    many_.tree_.FindEach(points, count, limit_squared, hint_, nearest);
   }
 
   const Many& many_;
   std::optional<NearBatch> batch_;
-  std::array<NearestTriangle, NearBatch::kMostPoints> nearest_;
   std::uint32_t cell_ = 0, hint_ = NearestTriangle::kNone;
 };
 
 void NearestSearch::Many::Visit(std::size_t from, std::size_t to, const std::function<void(const Found&)>& take) const {
   Visitor visitor(*this, from);
   std::array<Vector3d, kFetched> points;
+  std::array<NearestTriangle, kMostFound> nearest;
   for (std::size_t fetched = from; fetched < to; fetched += kFetched) {
     const std::size_t end = std::min(to, fetched + kFetched);
     points_at_(&order_.order[fetched], end - fetched, points.data());
+    // Where few points share a cell, those of several cells are handed on together: whoever takes them works in lanes too.
+    std::size_t taken = fetched;
+    const auto hand_on = [&](std::size_t until) {
+      if (until > taken) take({&order_.order[taken], &points[taken - fetched], nearest.data(), until - taken});
+      taken = until;
+    };
     for (std::size_t at = fetched, count; at < end; at += count) {
-      const Vector3d* here = &points[at - fetched];
-      count = visitor.CountTogether(at, here, end - at);
-      take({&order_.order[at], here, visitor.Find(at, here, count), count});
+      count = visitor.CountTogether(at, &points[at - fetched], end - at);
+      if (at + count - taken > kMostFound) hand_on(at);
+      visitor.Find(at, &points[at - fetched], count, &nearest[at - taken]);
     }
+    hand_on(end);
   }
 }
 

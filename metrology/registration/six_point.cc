@@ -8,6 +8,7 @@
 
 #include "metrology/linear_algebra/inverse.h"
 #include "metrology/linear_algebra/symmetric.h"
+#include "metrology/parallel/loops.h"
 #include "metrology/registration/gap_pull.h"
 #include "metrology/registration/local_height.h"
 #include "refusal/message_text.h"
@@ -107,11 +108,13 @@ absl::StatusOr<PoseFit> FitSixPoints(const Surface& surface, const std::vector<S
     fit.evidence.stopped_at = zero_from_part;
     Vector6d distances;
     Matrix6d pairs = Matrix6d::Zero(), pulls;
+    ForEach(6, options.thread_count, [&](std::size_t i) {
+      nest.heights[i] = HeightAt(surface, portions, datums[i].point_mm, datums[i].normal, zero_from_part, calibration,
+                                 1e-3 * options.model_error_um);
+    });
     for (int i = 0; i < 6; ++i) {
-      LocalHeight& height = nest.heights[i];
+      const LocalHeight& height = nest.heights[i];
       nest.gap_sigmas_mm[i] = GapUncertainty(surface.GapNear(datums[i].point_mm));
-      height = HeightAt(surface, portions, datums[i].point_mm, datums[i].normal, zero_from_part, calibration,
-                        1e-3 * options.model_error_um);
       Eigen::Matrix<double, 3, 6> moves = PointJacobian(zero_from_part * datums[i].point_mm, reference);
       moves.leftCols<3>() /= radius;
       nest.along_normals.row(i) = height.normal.transpose() * moves;

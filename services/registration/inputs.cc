@@ -25,6 +25,8 @@ constexpr std::int64_t kRegionPointBudget = 4'000'000;  // where only regions of
 constexpr std::int64_t kMostPoints = 100'000'000;
 constexpr double kRadPerDeg = M_PI / 180;
 
+std::string FieldOf(int scan) { return "scans[" + std::to_string(scan) + "]"; }
+
 absl::Status AddRegions(const std::string& field, const google::protobuf::RepeatedPtrField<v1::Region>& in,
                         const plant::v1::Part& part, std::vector<metrology::Region>* out) {
   using Shape = metrology::Region::Shape;
@@ -120,6 +122,20 @@ absl::Status LeaveOutOthers(const std::string& field, int scan_count, Inputs* in
                          "a scan of the part that stands there");
 }
 
+// What a scan was thinned to, in the order of the scans.
+absl::Status Take(const v1::RegisterRequest& request, int i, absl::StatusOr<metrology::ScanPortion> portion,
+                  Inputs* inputs) {
+  if (!portion.ok()) return portion.status();
+  inputs->portions.push_back(*std::move(portion));
+  const metrology::ScanPortion& taken = inputs->portions.back();
+  if (taken.sensor.size() == 0 || !taken.zero_from_sensor.matrix().allFinite())
+    return runtime::Refuse(
+        FieldOf(i),
+        request.scans(i) + ", of whose " + std::to_string(taken.scan_point_count) + " points none is at a finite place",
+        "points, v0_mm and angles that are finite");
+  return LeaveOutOthers(FieldOf(i), request.scans_size(), inputs);
+}
+
 }  // namespace
 
 void Say(const Caller& caller, v1::RegistrationStep step, int scan_count, int iteration_count) {
@@ -163,30 +179,6 @@ absl::StatusOr<metrology::FitOptions> FitOptionsOf(const v1::FitOptions& options
   if (status.ok()) status = AddRegions("options.regions_out", options.regions_out(), part, &out.regions_out);
   if (!status.ok()) return status;
   return out;
-}
-
-metrology::AllowanceOptions AllowanceOptionsOf(const v1::FitOptions& options) {
-  metrology::AllowanceOptions out;
-  const v1::AllowanceOptions& asked = options.allowance();
-  if (asked.has_least_stock_mm()) out.least_stock_mm = asked.least_stock_mm();
-  if (asked.has_greatest_stock_mm()) out.greatest_stock_mm = asked.greatest_stock_mm();
-  if (asked.has_patch_mm()) out.patch_mm = asked.patch_mm();
-  if (asked.has_least_points()) out.least_points = asked.least_points();
-  if (asked.has_least_side_part()) out.least_side_part = asked.least_side_part();
-  return out;
-}
-
-v1::FitOptions FilledIn(const v1::RegisterRequest& request) {
-  v1::FitOptions options = request.options();
-  if (request.method() != v1::METHOD_ALLOWANCE) return options;
-  const metrology::AllowanceOptions allowance = AllowanceOptionsOf(options);
-  v1::AllowanceOptions& filled = *options.mutable_allowance();
-  filled.set_least_stock_mm(allowance.least_stock_mm);
-  filled.set_greatest_stock_mm(allowance.greatest_stock_mm);
-  filled.set_patch_mm(allowance.patch_mm);
-  filled.set_least_points(static_cast<int>(allowance.least_points));
-  filled.set_least_side_part(allowance.least_side_part);
-  return options;
 }
 
 InputFetcher::InputFetcher(const Peers& peers, const FetcherMemory& memory, int thread_count)
@@ -234,30 +226,32 @@ absl::StatusOr<Inputs> InputFetcher::FetchBy(const Basis& basis, const v1::Regis
   return inputs;
 }
 
-// Scan by scan, each decoded by blocks and thinned; the next is fetched meanwhile. The calibrations are those of the first scan's
-// machine, and of when it was received.
+// Scan by scan, each decoded by blocks and thinned. Meanwhile the next is fetched and looked at, and its thinning begins: the few blocks of
+// one scan do not keep the processors busy to their end. The calibrations are those of the first scan's machine, and of when it was received.
 absl::Status InputFetcher::FetchScans(const Basis& basis, const v1::RegisterRequest& request, const Caller& caller,
                                       Inputs* inputs) const {
   const bool may_be_kept = basis.IsOfNow() && request.for_inspection();
+  ScanThinning thinning;
   const auto fetch = [&, call = runtime::CurrentCall()](int i) {
     const runtime::CallScope scope(call);
     return scans_.Fetch(request.scans(i), may_be_kept, caller.make_context);
   };
-  ScanThinning thinning;
+  const auto thin = [&, call = runtime::CurrentCall()](int i, ScanAtHand scan) {
+    const runtime::CallScope scope(call);
+    return scans_.Thin(request.scans(i), std::move(scan), inputs->calibration, thinning, caller.make_context);
+  };
   ingest::v1::Scan first;
   std::int64_t point_count = 0;
   double stretches = 0;
   std::future<absl::StatusOr<ScanAtHand>> next = std::async(std::launch::async, fetch, 0);
-  for (int i = 0; i < request.scans_size(); ++i) {
-    const std::string field = "scans[" + std::to_string(i) + "]";
-    absl::StatusOr<ScanAtHand> at_hand = next.get();
-    if (!at_hand.ok()) return NotKnown(field, request.scans(i), at_hand.status());
-    clients::StoredBlocks* const fetched = &at_hand->stored;
+  const auto look = [&](int i, absl::StatusOr<ScanAtHand>* at_hand) -> absl::Status {
+    const std::string field = FieldOf(i);
+    if (!at_hand->ok()) return NotKnown(field, request.scans(i), at_hand->status());
+    clients::StoredBlocks* const fetched = &(*at_hand)->stored;
     if (caller.keep_going && !caller.keep_going()) return absl::CancelledError("register: stopped by its caller");
     if (i == 0) first = fetched->record;
     if (absl::Status status = CheckScan(request, fetched->record, first); !status.ok()) return status;
-    const std::int64_t scan_point_count = fetched->record.header().point_count();
-    point_count += scan_point_count;
+    point_count += fetched->record.header().point_count();
     if (point_count > kMostPoints)
       return runtime::Refuse("scans", std::to_string(point_count) + " points", "at most 100000000 together");
     if (i + 1 < request.scans_size()) next = std::async(std::launch::async, fetch, i + 1);
@@ -274,18 +268,25 @@ absl::Status InputFetcher::FetchScans(const Basis& basis, const v1::RegisterRequ
     fetched->scan.stretch = stretch->ratio;
     stretches += stretch->ratio / request.scans_size();
     fetched->scan.id = runtime::LastSegment(request.scans(i));
-    auto portion =
-        scans_.Thin(request.scans(i), *std::move(at_hand), inputs->calibration, thinning, caller.make_context);
-    if (!portion.ok()) return portion.status();
-    inputs->portions.push_back(*std::move(portion));
-    if (inputs->portions.back().sensor.size() == 0 || !inputs->portions.back().zero_from_sensor.matrix().allFinite())
-      return runtime::Refuse(
-          field,
-          request.scans(i) + ", of whose " + std::to_string(scan_point_count) + " points none is at a finite place",
-          "points, v0_mm and angles that are finite");
-    if (absl::Status own = LeaveOutOthers(field, request.scans_size(), inputs); !own.ok()) return own;
-    Say(caller, v1::REGISTRATION_STEP_FETCHING, i + 1, 0);
+    return absl::OkStatus();
+  };
+  std::future<absl::StatusOr<metrology::ScanPortion>> before;  // the scan before
+  const auto take_before = [&](int i) {
+    absl::Status taken = Take(request, i, before.get(), inputs);
+    if (taken.ok()) Say(caller, v1::REGISTRATION_STEP_FETCHING, i + 1, 0);
+    return taken;
+  };
+  for (int i = 0; i < request.scans_size(); ++i) {
+    absl::StatusOr<ScanAtHand> at_hand = next.get();
+    const absl::Status known = look(i, &at_hand);
+    std::future<absl::StatusOr<metrology::ScanPortion>> now;
+    if (known.ok()) now = std::async(std::launch::async, thin, i, *std::move(at_hand));
+    // What is wrong with an earlier scan is said first.
+    if (absl::Status taken = i == 0 ? absl::OkStatus() : take_before(i - 1); !taken.ok()) return taken;
+    if (!known.ok()) return known;
+    before = std::move(now);
   }
+  if (absl::Status taken = take_before(request.scans_size() - 1); !taken.ok()) return taken;
   inputs->clamping = request.clamping().empty() ? first.header().clamping() : request.clamping();
   if (first.header().has_subject_temperature_c()) inputs->thermal_stretch = stretches;
   return absl::OkStatus();

@@ -106,8 +106,5 @@ absl::StatusOr<std::vector<metrology::DatumPoint>> DatumsOf(const plant::v1::Par
 // The options of a good request. Hole groups become balls round the part's hole starts; INVALID_ARGUMENT: the part has no such
 // group.
 absl::StatusOr<metrology::FitOptions> FitOptionsOf(const v1::FitOptions& options, const plant::v1::Part& part);
-metrology::AllowanceOptions AllowanceOptionsOf(const v1::FitOptions& options);
-// As asked, and of METHOD_ALLOWANCE what was left open filled in.
-v1::FitOptions FilledIn(const v1::RegisterRequest& request);
 
 }  // namespace sixpoint::registration

@@ -235,4 +235,28 @@ absl::Status CheckScan(const v1::RegisterRequest& request, const ingest::v1::Sca
   return absl::OkStatus();
 }
 
+metrology::AllowanceOptions AllowanceOptionsOf(const v1::FitOptions& options) {
+  metrology::AllowanceOptions out;
+  const v1::AllowanceOptions& asked = options.allowance();
+  if (asked.has_least_stock_mm()) out.least_stock_mm = asked.least_stock_mm();
+  if (asked.has_greatest_stock_mm()) out.greatest_stock_mm = asked.greatest_stock_mm();
+  if (asked.has_patch_mm()) out.patch_mm = asked.patch_mm();
+  if (asked.has_least_points()) out.least_points = asked.least_points();
+  if (asked.has_least_side_part()) out.least_side_part = asked.least_side_part();
+  return out;
+}
+
+v1::FitOptions FilledIn(const v1::RegisterRequest& request) {
+  v1::FitOptions options = request.options();
+  if (request.method() != v1::METHOD_ALLOWANCE) return options;
+  const metrology::AllowanceOptions allowance = AllowanceOptionsOf(options);
+  v1::AllowanceOptions& filled = *options.mutable_allowance();
+  filled.set_least_stock_mm(allowance.least_stock_mm);
+  filled.set_greatest_stock_mm(allowance.greatest_stock_mm);
+  filled.set_patch_mm(allowance.patch_mm);
+  filled.set_least_points(static_cast<int>(allowance.least_points));
+  filled.set_least_side_part(allowance.least_side_part);
+  return options;
+}
+
 }  // namespace sixpoint::registration
