@@ -17,24 +17,30 @@ set(grpc_headers <google/protobuf/extension_set.h> <google/protobuf/generated_en
 set(cli_headers <nlohmann/json.hpp>)
 set(test_headers <gmock/gmock.h> <gtest/gtest.h> <random>)
 
-# sixpoint_compiled_as(NAME OPTIMISATION HEADER...)
-function(sixpoint_compiled_as name optimisation)
+# Two thirds of a source's time are its front end's: several of one target are read as one, and their names must differ.
+option(SIXPOINT_TOGETHER "Compile several sources of a target as one: sooner from nothing, later after a change of one" ON)
+
+# sixpoint_compiled_as(NAME OPTIMISATION TOGETHER HEADER...): TOGETHER is how many sources are read as one
+function(sixpoint_compiled_as name optimisation together)
   add_library(${name} OBJECT ${CMAKE_SOURCE_DIR}/cmake/precompiled.cc)
   target_precompile_headers(${name} PRIVATE ${ARGN})
   target_compile_options(${name} PRIVATE ${optimisation})
   target_link_libraries(${name} PRIVATE Eigen3::Eigen sixpoint::warnings)
-  set(${name}_optimisation ${optimisation} PARENT_SCOPE)
+  set(${name}_optimisation ${optimisation} CACHE INTERNAL "")
+  set(${name}_together ${together} CACHE INTERNAL "")
 endfunction()
 
 # What runs long is fast; what waits for the network, the disk or a kernel is compiled fast.
 set(SIXPOINT_KERNEL_OPTIMISATION -O3 CACHE STRING "Of metrology/; the sanitizers' presets compile it faster")
-sixpoint_compiled_as(kernels ${SIXPOINT_KERNEL_OPTIMISATION} ${standard_headers} ${eigen_headers})
-sixpoint_compiled_as(storage -O1 ${standard_headers})
-sixpoint_compiled_as(services -O1 ${standard_headers} ${eigen_headers} ${grpc_headers})
-sixpoint_compiled_as(cli -O1 ${standard_headers} ${eigen_headers} ${grpc_headers} ${cli_headers})
+sixpoint_compiled_as(kernels ${SIXPOINT_KERNEL_OPTIMISATION} 4 ${standard_headers} ${eigen_headers})
+sixpoint_compiled_as(storage -O1 8 ${standard_headers})
+sixpoint_compiled_as(services -O1 8 ${standard_headers} ${eigen_headers} ${grpc_headers})
+sixpoint_compiled_as(cli -O1 8 ${standard_headers} ${eigen_headers} ${grpc_headers} ${cli_headers})
 
 # Settings of one target; the functions in SixpointTargets.cmake call it.
 function(sixpoint_compile target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${SIXPOINT_TOGETHER}
+    UNITY_BUILD_BATCH_SIZE ${${SIXPOINT_COMPILED_AS}_together})
   target_precompile_headers(${target} REUSE_FROM ${SIXPOINT_COMPILED_AS})
   target_compile_options(${target} PRIVATE ${${SIXPOINT_COMPILED_AS}_optimisation})
 endfunction()
