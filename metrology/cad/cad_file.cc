@@ -28,7 +28,7 @@
 #include <vector>
 
 #include "metrology/cad/bodies.h"
-#include "refusal/refusal.h"
+#include "metrology/cad/cad_refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -38,10 +38,6 @@ constexpr int kIgesSolid = 186;  // manifold solid B-rep object
 constexpr double kSewingToleranceMm = 1e-3;
 // Of faces that another system left apart, as far as an edge may lie off them (refinement.h).
 constexpr double kGreatestSewingToleranceMm = 0.1;
-
-absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
-  return Refuse("cad." + field, value, wanted);
-}
 
 std::string TextOf(const Handle(TCollection_HAsciiString) & text) {
   return text.IsNull() ? std::string() : std::string(text->ToCString(), static_cast<std::size_t>(text->Length()));
@@ -130,13 +126,13 @@ void Sew(TopoDS_Shape* shape) {
 absl::Status Transfer(IFSelect_ReturnStatus read, CadFormat format, const std::string& solid, XSControl_Reader* reader,
                       TopoDS_Shape* shape) {
   const bool step = format == CadFormat::kStep;
-  if (read != IFSelect_RetDone) return Bad("content", "unreadable", step ? "a STEP file" : "an IGES file");
+  if (read != IFSelect_RetDone) return RefuseCad("content", "unreadable", step ? "a STEP file" : "an IGES file");
   reader->TransferRoots();
-  if (reader->NbShapes() < 1) return Bad("content", "no shape", "a solid, shell or face");
+  if (reader->NbShapes() < 1) return RefuseCad("content", "no shape", "a solid, shell or face");
   *shape = reader->OneShape();
   const int face_count = CountFaces(*shape);
-  if (face_count < 1) return Bad("faces", "0", "at least one");
-  if (face_count > kGreatestFaceCount) return Bad("faces", std::to_string(face_count), "at most 65535");
+  if (face_count < 1) return RefuseCad("faces", "0", "at least one");
+  if (face_count > kGreatestFaceCount) return RefuseCad("faces", std::to_string(face_count), "at most 65535");
   // Most IGES knows faces only.
   if (!step && !TopExp_Explorer(*shape, TopAbs_SOLID).More()) Sew(shape);
   return ChooseBody(solid, NamesIn(reader), shape);

@@ -10,9 +10,9 @@
 #include <unordered_map>
 #include <utility>
 
+#include "metrology/cad/cad_refusal.h"
 #include "metrology/cad/healing.h"
 #include "metrology/mesh/cubic_patch.h"
-#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -23,10 +23,6 @@ constexpr double kLeastCosine = 0.98, kFlatEdgeFactor = 2;
 // Across a gap a facet leans by the gap over its length, however small: not looked at below this many gaps.
 constexpr double kGapEdgeFactor = 6;
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
-  return Refuse("cad." + field, value, wanted);
-}
 
 double DistanceToSegment(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   const Eigen::Vector3d along = b - a;
@@ -347,8 +343,8 @@ class Refiner {
   absl::StatusOr<TriangleMesh> Finish() const {
     const double gap_mm = gaps_mm_.empty() ? 0 : *std::max_element(gaps_mm_.begin(), gaps_mm_.end());
     if (!(error_mm_ <= options_.chordal_error_mm + gap_mm))
-      return Bad("chordal_error_um", std::to_string(1e3 * error_mm_),
-                 "at most " + std::to_string(1e3 * options_.chordal_error_mm));
+      return RefuseCad("chordal_error_um", std::to_string(1e3 * error_mm_),
+                       "at most " + std::to_string(1e3 * options_.chordal_error_mm));
     TriangleMesh mesh;
     mesh.chordal_error_um = 1e3 * error_mm_;
     mesh.vertices_mm = mesh_.vertices_mm;

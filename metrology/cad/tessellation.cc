@@ -28,12 +28,12 @@
 #include <vector>
 
 #include "metrology/cad/cad_file.h"
+#include "metrology/cad/cad_refusal.h"
 #include "metrology/cad/refinement.h"
 #include "metrology/mesh/skin.h"
 #include "metrology/mesh/volume.h"
 #include "metrology/mesh/weld.h"
 #include "refusal/message_text.h"
-#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -46,22 +46,18 @@ constexpr double kCoarseAngleRad = 0.5;
 constexpr int kFootSteps = 8;
 constexpr double kFootRestedMm = 1e-8;
 
-absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
-  return Refuse("cad." + field, value, wanted);
-}
-
 Eigen::Vector3d ToEigen(const gp_XYZ& v) { return {v.X(), v.Y(), v.Z()}; }
 
 absl::Status CheckExtent(const TopoDS_Shape& shape, double* extent_mm) {
   Bnd_Box box;
   BRepBndLib::Add(shape, box, false);
-  if (box.IsVoid()) return Bad("extent", "empty", "a surface");
-  if (box.IsOpen()) return Bad("extent", "infinite", "a bounded surface");
+  if (box.IsVoid()) return RefuseCad("extent", "empty", "a surface");
+  if (box.IsOpen()) return RefuseCad("extent", "infinite", "a bounded surface");
   double low[3], high[3];
   box.Get(low[0], low[1], low[2], high[0], high[1], high[2]);
   const double extent = *extent_mm = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
   if (!(extent >= kLeastExtentMm && extent <= kGreatestExtentMm))
-    return Bad("extent_mm", std::to_string(extent), "0.1 to 10000; are its units right?");
+    return RefuseCad("extent_mm", std::to_string(extent), "0.1 to 10000; are its units right?");
   return absl::OkStatus();
 }
 
@@ -146,7 +142,7 @@ class CoarseReader {
     TopLoc_Location location;
     const Handle(Poly_Triangulation) triangles = BRep_Tool::Triangulation(face, location);
     if (triangles.IsNull() || triangles->NbTriangles() < 1 || !triangles->HasUVNodes())
-      return Bad("faces[" + std::to_string(number) + "]", "cannot be tessellated", "a face with an area");
+      return RefuseCad("faces[" + std::to_string(number) + "]", "cannot be tessellated", "a face with an area");
     const auto first_node = static_cast<std::uint32_t>(mesh_.nodes.size());
     for (int i = 1; i <= triangles->NbNodes(); ++i) {
       const gp_Pnt2d uv = triangles->UVNode(i);
@@ -264,8 +260,9 @@ absl::StatusOr<TriangleMesh> Tessellate(const TopoDS_Shape& shape, double extent
     mesh = Refine(coarse, geometry, refinement);
   }
   if (absl::IsResourceExhausted(mesh.status()))
-    return Bad("triangle_count", "beyond the limit even at " + NumberText(1e3 * refinement.chordal_error_mm) + " um",
-               "at most " + std::to_string(refinement.greatest_triangle_count));
+    return RefuseCad("triangle_count",
+                     "beyond the limit even at " + NumberText(1e3 * refinement.chordal_error_mm) + " um",
+                     "at most " + std::to_string(refinement.greatest_triangle_count));
   return mesh;
 }
 
@@ -278,9 +275,9 @@ absl::StatusOr<TriangleMesh> ReadAndTessellate(CadFormat format, const std::stri
   absl::StatusOr<TriangleMesh> mesh = Tessellate(shape, extent_mm, options);
   if (!mesh.ok()) return mesh;
   for (const Eigen::Vector3d& vertex : mesh->vertices_mm) {
-    if (!vertex.allFinite()) return Bad("vertices_mm", "not finite", "finite coordinates");
+    if (!vertex.allFinite()) return RefuseCad("vertices_mm", "not finite", "finite coordinates");
   }
-  if (mesh->triangles.empty()) return Bad("faces", "none with an area", "at least one");
+  if (mesh->triangles.empty()) return RefuseCad("faces", "none with an area", "at least one");
   if (absl::Status status = CheckOneSided(*mesh); !status.ok()) return status;
   mesh->closed = IsClosed(*mesh);
   if (SignedVolume(*mesh) < 0) TurnOver(&*mesh);
@@ -292,16 +289,16 @@ absl::StatusOr<TriangleMesh> ReadAndTessellate(CadFormat format, const std::stri
 absl::StatusOr<TriangleMesh> TessellateCad(CadFormat format, const std::string& path,
                                            const TessellationOptions& options) {
   if (!(options.chordal_error_um >= 0.01 && options.chordal_error_um <= 1000))
-    return Bad("chordal_error_um", NumberText(options.chordal_error_um), "0.01 to 1000");
+    return RefuseCad("chordal_error_um", NumberText(options.chordal_error_um), "0.01 to 1000");
   Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
   try {
     return ReadAndTessellate(format, path, options);
   } catch (const Standard_Failure& failure) {
-    return Bad("content", failure.DynamicType()->Name(), "geometry that can be read");
+    return RefuseCad("content", failure.DynamicType()->Name(), "geometry that can be read");
   } catch (const std::bad_alloc&) {
-    return Bad("content", "exhausts the memory", "a smaller part");
+    return RefuseCad("content", "exhausts the memory", "a smaller part");
   } catch (const std::exception& failure) {
-    return Bad("content", failure.what(), "geometry that can be read");
+    return RefuseCad("content", failure.what(), "geometry that can be read");
   }
 }
 

@@ -12,6 +12,9 @@
 
 namespace sixpoint::metrology {
 
+// Half the artefact: what an angle means in mm.
+inline constexpr double kArtefactLever_mm = 10;
+
 // A feature's centre at the height of the upper face, artefact frame.
 struct PlaneFeature {
   std::string name;

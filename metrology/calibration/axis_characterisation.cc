@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 
+#include "metrology/frames/angles.h"
 #include "metrology/linear_algebra/least_squares.h"
 #include "metrology/statistics/ranks.h"
 #include "refusal/message_text.h"
@@ -12,8 +13,6 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kDegrees = M_PI / 180;
-constexpr double kTurn = 2 * M_PI;
 constexpr int kLongWaves = 3;
 constexpr int kMostExtraHarmonics = 12;
 
@@ -21,17 +20,17 @@ constexpr int kMostExtraHarmonics = 12;
 double Way(Travel travel) { return travel == Travel::kForward ? 0.5 : travel == Travel::kBackward ? -0.5 : 0; }
 
 absl::Status CheckReadings(const std::vector<AxisReading>& run) {
-  constexpr double kGreatestErrorRad = 1 * kDegrees, kFarthestRad = 100 * kTurn;
+  constexpr double kGreatestErrorRad = 1 * kRadPerDeg, kFarthestRad = 100 * kTurn_rad;
   constexpr size_t kMostReadings = 200'000;
   if (run.size() > kMostReadings) return Refuse("run", std::to_string(run.size()) + " readings", "at most 200000");
   for (size_t i = 0; i < run.size(); ++i) {
     const AxisReading& r = run[i];
     const std::string field = "run[" + std::to_string(i) + "]";
     if (!(std::abs(r.commanded_rad) <= kFarthestRad))
-      return Refuse(field + ".commanded_deg", Rounded(r.commanded_rad / kDegrees), "a number within 100 turns");
+      return Refuse(field + ".commanded_deg", Rounded(r.commanded_rad / kRadPerDeg), "a number within 100 turns");
     if (!(std::abs(r.measured_rad - r.commanded_rad) <= kGreatestErrorRad))
-      return Refuse(field + ".measured_deg", Rounded(r.measured_rad / kDegrees),
-                    "within 1 deg of the command, " + Rounded(r.commanded_rad / kDegrees) + " deg");
+      return Refuse(field + ".measured_deg", Rounded(r.measured_rad / kRadPerDeg),
+                    "within 1 deg of the command, " + Rounded(r.commanded_rad / kRadPerDeg) + " deg");
     if (r.travel == Travel::kUnknown) return Refuse(field + ".travel", "unknown", "forward or backward");
   }
   return absl::OkStatus();
@@ -39,7 +38,7 @@ absl::Status CheckReadings(const std::vector<AxisReading>& run) {
 
 // Both ways over a turn without gaps. Gives the highest order that the steps resolve.
 absl::StatusOr<int> HighestOrder(const std::vector<AxisReading>& run) {
-  constexpr double kGreatestGap = 10 * kDegrees, kRounding = 1e-9;
+  constexpr double kGreatestGap = 10 * kRadPerDeg, kRounding = 1e-9;
   constexpr size_t kFewest = 72;
   constexpr int kFinest = 2000;
   double coarsest = 0;
@@ -49,9 +48,9 @@ absl::StatusOr<int> HighestOrder(const std::vector<AxisReading>& run) {
       if (r.travel == travel) angles.push_back(r.commanded_rad);
     std::sort(angles.begin(), angles.end());
     const double span = angles.empty() ? 0 : angles.back() - angles.front();
-    if (span < kTurn - kRounding)
+    if (span < kTurn_rad - kRounding)
       return absl::FailedPreconditionError(
-          std::string("run: ") + name + " it covers " + Rounded(span / kDegrees) +
+          std::string("run: ") + name + " it covers " + Rounded(span / kRadPerDeg) +
           " deg, want a whole turn both ways (-10 to 370 deg and back); angles in deg");
     if (angles.size() < kFewest)
       return absl::FailedPreconditionError(std::string("run: ") + std::to_string(angles.size()) + " readings " + name +
@@ -60,9 +59,10 @@ absl::StatusOr<int> HighestOrder(const std::vector<AxisReading>& run) {
     for (size_t i = 1; i < angles.size(); ++i) {
       const double step = angles[i] - angles[i - 1];
       if (step > kGreatestGap)
-        return absl::FailedPreconditionError(
-            std::string("run: no reading ") + name + " between " + Rounded(angles[i - 1] / kDegrees) + " and " +
-            Rounded(angles[i] / kDegrees) + " deg, want gaps of at most " + Rounded(kGreatestGap / kDegrees) + " deg");
+        return absl::FailedPreconditionError(std::string("run: no reading ") + name + " between " +
+                                             Rounded(angles[i - 1] / kRadPerDeg) + " and " +
+                                             Rounded(angles[i] / kRadPerDeg) + " deg, want gaps of at most " +
+                                             Rounded(kGreatestGap / kRadPerDeg) + " deg");
       // Readings at one place again tell nothing of the step.
       if (step > kRounding) steps.push_back(step);
     }
@@ -72,12 +72,12 @@ absl::StatusOr<int> HighestOrder(const std::vector<AxisReading>& run) {
   return std::min(kFinest, static_cast<int>(std::ceil(M_PI / coarsest * (1 - 1e-6))) - 1);
 }
 
-struct Terms {
+struct AxisTerms {
   std::vector<int> orders, reversal_orders;
   Eigen::Index count() const { return 2 + 2 * static_cast<Eigen::Index>(orders.size() + reversal_orders.size()); }
 };
 
-Eigen::VectorXd TermsAt(const Terms& terms, double angle_rad, Travel travel) {
+Eigen::VectorXd TermsAt(const AxisTerms& terms, double angle_rad, Travel travel) {
   Eigen::VectorXd row(terms.count());
   const double way = Way(travel);
   row(0) = 1;
@@ -102,7 +102,7 @@ struct Fit {
   double freedom = 0;
 };
 
-Fit FitTerms(const std::vector<AxisReading>& run, const Terms& terms) {
+Fit FitTerms(const std::vector<AxisReading>& run, const AxisTerms& terms) {
   const auto rows = static_cast<Eigen::Index>(run.size());
   Eigen::MatrixXd matrix(rows, terms.count());
   Eigen::VectorXd error(rows);
@@ -128,7 +128,7 @@ struct Line {
 };
 
 // The strongest order in what the fit left, of the mean of both ways or of their difference.
-Line StrongestLine(const std::vector<AxisReading>& run, const Fit& fit, const Terms& terms, int highest_order) {
+Line StrongestLine(const std::vector<AxisReading>& run, const Fit& fit, const AxisTerms& terms, int highest_order) {
   const auto count = static_cast<size_t>(highest_order) + 1;
   std::vector<std::complex<double>> sums(count), differences(count);
   for (size_t i = 0; i < run.size(); ++i) {
@@ -180,13 +180,13 @@ double Propagated(const Function& f, const Eigen::VectorXd& values, const Eigen:
 }
 
 // Root mean square of the modelled error over the turn and both ways: harmonics are orthogonal there.
-double ModelRms(const Eigen::VectorXd& values, const Terms& terms) {
+double ModelRms(const Eigen::VectorXd& values, const AxisTerms& terms) {
   const auto plain = 2 * static_cast<Eigen::Index>(terms.orders.size());
   return std::sqrt(values(0) * values(0) + values(1) * values(1) / 4 + values.segment(2, plain).squaredNorm() / 2 +
                    values.tail(values.size() - 2 - plain).squaredNorm() / 8);
 }
 
-void MakeTable(const Terms& terms, const Fit& fit, AxisCharacterisation* result) {
+void MakeTable(const AxisTerms& terms, const Fit& fit, AxisCharacterisation* result) {
   int shortest = kLongWaves;
   for (const int order : terms.orders) shortest = std::max(shortest, order);
   for (const int order : terms.reversal_orders) shortest = std::max(shortest, order);
@@ -196,7 +196,7 @@ void MakeTable(const Terms& terms, const Fit& fit, AxisCharacterisation* result)
   double variance = 0;
   for (const Travel travel : {Travel::kForward, Travel::kBackward})
     for (int i = 0; i < count; ++i) {
-      const double angle = kTurn * i / count;
+      const double angle = kTurn_rad * i / count;
       const Eigen::VectorXd row = TermsAt(terms, angle, travel);
       const double error = row.dot(fit.values);
       (travel == Travel::kForward ? result->table.forward_rad : result->table.backward_rad).push_back(error);
@@ -232,14 +232,14 @@ absl::StatusOr<AxisCharacterisation> CharacteriseAxis(const std::vector<AxisRead
   if (absl::Status s = CheckReadings(run); !s.ok()) return s;
   const absl::StatusOr<int> highest_order = HighestOrder(run);
   if (!highest_order.ok()) return highest_order.status();
-  Terms terms;
+  AxisTerms terms;
   for (int order = 1; order <= kLongWaves; ++order) terms.orders.push_back(order);
   Fit fit = FitTerms(run, terms);
   for (int extra = 0; extra < kMostExtraHarmonics; ++extra) {
     const Line line = StrongestLine(run, fit, terms, *highest_order);
     if (line.order == 0 || line.power <= PowerThreshold(fit.noise_rad, *highest_order)) break;
     // What is left of numbers written with a few decimals is no property of the axis.
-    constexpr double kLeastAmplitudeRad = 1e-6 * kDegrees;
+    constexpr double kLeastAmplitudeRad = 1e-6 * kRadPerDeg;
     if (std::sqrt(2 * line.power / static_cast<double>(run.size())) < kLeastAmplitudeRad) break;
     (line.of_reversal ? terms.reversal_orders : terms.orders).push_back(line.order);
     fit = FitTerms(run, terms);

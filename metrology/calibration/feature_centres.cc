@@ -10,7 +10,6 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr double kMarginMm = 0.15;
-constexpr int kFewestConePoints = 200;
 constexpr int kFewestUpperPoints = 1000;
 
 // In-plane bounds on a slot's centre along one direction, from points on the upper face beside it and readings in it.

@@ -22,6 +22,8 @@ struct LineSensorOptics {
   }
 };
 
+inline constexpr int kFewestConePoints = 200;  // on a cone's wall, of one scan
+
 // Which face of the artefact a point lies on, and how far from it.
 struct FaceHit {
   enum class Face { kNone, kUpper, kCone } face = Face::kNone;

@@ -12,7 +12,7 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr size_t kSampleCount = 150000;
-constexpr size_t kMostFaces = 8;
+constexpr size_t kMostFacesInScan = 8;
 constexpr double kPlaneBandMm = 0.03;  // consensus band about the upper face
 constexpr double kMatchMm = 0.7;       // region's centre against the record's: half a gap off, and tilted
 constexpr double kAgreeMm = 0.15;      // a reading on a cone's wall: shear and tilt of the sensor are not known yet
@@ -240,7 +240,7 @@ absl::StatusOr<ArtefactSighting> FindArtefact(const LineScan& scan, const Artefa
   if (sample.size() < 2000)
     return absl::FailedPreconditionError(where + std::to_string(sample.size()) +
                                          " points, want at least 2000 of the artefact");
-  const std::vector<Plane> faces = FlatFaces(sample, kPlaneBandMm, kMostFaces);
+  const std::vector<Plane> faces = FlatFaces(sample, kPlaneBandMm, kMostFacesInScan);
   if (faces.empty())
     return absl::FailedPreconditionError(where +
                                          "no upper face found: no plane within 30 deg of level holds a thirtieth of "

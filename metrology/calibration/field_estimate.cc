@@ -11,8 +11,8 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr int kTermCount = kFieldSeriesCount + kFlatnessTermCount;
-using Terms = Eigen::Matrix<double, kTermCount, 1>;
-using TermsSquared = Eigen::Matrix<double, kTermCount, kTermCount>;
+using FieldTerms = Eigen::Matrix<double, kTermCount, 1>;
+using FieldTermsSquared = Eigen::Matrix<double, kTermCount, kTermCount>;
 
 // Root mean square of what lies in the orders 4, 5 and 6, of 1 in the nine terms: waves of 20 to 60 mm have 0.10 to 0.27, 0.03 to 0.13 and
 // 0.01 to 0.06 there.
@@ -22,8 +22,8 @@ constexpr std::array<double, 5> kOfFlatness = {0.7, 0.5, 0.4, 0.25, 0.15};
 constexpr double kLeastOfPlaceMm = 2e-5, kMostOfPlaceMm = 0.1;
 
 // Prior precision of each term; beyond_mm: the root mean square that the orders beyond go with. A flatness of 0 is none.
-Terms Precision(double stated_mm, double beyond_mm, double flatness_mm) {
-  Terms sigma;
+FieldTerms Precision(double stated_mm, double beyond_mm, double flatness_mm) {
+  FieldTerms sigma;
   sigma.head<kFieldParameterCount>() = FieldCovarianceOf(stated_mm, std::nullopt).diagonal().cwiseSqrt();
   int at = kFieldParameterCount;
   for (int order = 4; order <= kFieldSeriesOrder; ++order)
@@ -36,12 +36,12 @@ Terms Precision(double stated_mm, double beyond_mm, double flatness_mm) {
 }
 
 struct Solved {
-  Terms terms;
-  TermsSquared covariance;
+  FieldTerms terms;
+  FieldTermsSquared covariance;
   double chi_squared = 0, freedom = 0;  // of laser readings
 };
 
-Solved Solve(const std::vector<FieldResidual>& residuals, const Terms& precision, double of_place_mm) {
+Solved Solve(const std::vector<FieldResidual>& residuals, const FieldTerms& precision, double of_place_mm) {
   const auto count = static_cast<Eigen::Index>(residuals.size());
   Eigen::MatrixXd design(count, kTermCount);
   Eigen::VectorXd off_mm(count), weights(count);
@@ -52,14 +52,14 @@ Solved Solve(const std::vector<FieldResidual>& residuals, const Terms& precision
     weights[k] = 1 / (one.variance_mm2 + (one.is_laser ? of_place_mm * of_place_mm : 0));
   }
   const Eigen::MatrixXd weighted = weights.asDiagonal() * design;
-  TermsSquared information = design.transpose() * weighted;
+  FieldTermsSquared information = design.transpose() * weighted;
   information.diagonal() += precision;
   // In units in which all are alike: one that the prior alone holds beside one that the readings hold to nanometres.
-  const Terms unit = information.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LDLT<TermsSquared> solver(TermsSquared(unit.asDiagonal() * information * unit.asDiagonal()));
+  const FieldTerms unit = information.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::LDLT<FieldTermsSquared> solver(FieldTermsSquared(unit.asDiagonal() * information * unit.asDiagonal()));
   Solved solved;
-  solved.terms = unit.cwiseProduct(solver.solve(Terms(unit.cwiseProduct(weighted.transpose() * off_mm))));
-  solved.covariance = unit.asDiagonal() * solver.solve(TermsSquared::Identity()) * unit.asDiagonal();
+  solved.terms = unit.cwiseProduct(solver.solve(FieldTerms(unit.cwiseProduct(weighted.transpose() * off_mm))));
+  solved.covariance = unit.asDiagonal() * solver.solve(FieldTermsSquared::Identity()) * unit.asDiagonal();
   const Eigen::VectorXd left = off_mm - design * solved.terms;
   for (Eigen::Index k = 0; k < count; ++k) {
     if (!residuals[static_cast<std::size_t>(k)].is_laser) continue;
@@ -70,7 +70,7 @@ Solved Solve(const std::vector<FieldResidual>& residuals, const Terms& precision
 }
 
 // With what none explains of laser readings as noise of their places.
-Solved Settle(const std::vector<FieldResidual>& residuals, const Terms& precision) {
+Solved Settle(const std::vector<FieldResidual>& residuals, const FieldTerms& precision) {
   double of_place_mm = kLeastOfPlaceMm;
   Solved solved = Solve(residuals, precision, of_place_mm);
   while (solved.chi_squared > std::max(1.0, solved.freedom) && of_place_mm < kMostOfPlaceMm) {

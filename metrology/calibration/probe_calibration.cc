@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "metrology/calibration/probe_design.h"
+#include "metrology/frames/angles.h"
 #include "metrology/linear_algebra/least_squares.h"
 #include "metrology/linear_algebra/pseudo_inverse.h"
 #include "metrology/linear_algebra/singular_values.h"
@@ -14,8 +15,6 @@
 
 namespace sixpoint::metrology {
 namespace {
-
-constexpr double kDegrees = M_PI / 180;
 
 // The design's parameters: (half a, t + mid a).
 struct ScaledProbe {
@@ -50,7 +49,7 @@ absl::Status OrientFaces(const std::vector<ProbedFace>& given, const ScaledProbe
   for (const int j : design->face_of) read[j] = true;
   for (FittedFace& face : design->faces)
     if (face.normal.dot(probe.along) > 0) face.normal = -face.normal;
-  constexpr double kWorstAngle = 0.5 * kDegrees;
+  constexpr double kWorstAngle = 0.5 * kRadPerDeg;
   const auto between = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return std::atan2(a.cross(b).norm(), a.dot(b));
   };
@@ -61,8 +60,8 @@ absl::Status OrientFaces(const std::vector<ProbedFace>& given, const ScaledProbe
       const double drawn = between(given[j].nominal_normal, given[k].nominal_normal);
       if (std::abs(touched - drawn) > kWorstAngle)
         return absl::FailedPreconditionError("faces " + given[k].face + " and " + given[j].face +
-                                             " were touched at normals " + Rounded(touched / kDegrees) +
-                                             " deg apart, want " + Rounded(drawn / kDegrees) +
+                                             " were touched at normals " + Rounded(touched / kRadPerDeg) +
+                                             " deg apart, want " + Rounded(drawn / kRadPerDeg) +
                                              " deg within 0.5 deg: another block, or faces mixed up");
     }
   return absl::OkStatus();
@@ -199,8 +198,8 @@ absl::Status CheckAgreement(const std::vector<ProbedFace>& given, const std::vec
     const FittedFace& face = design.faces[design.face_of[i]];
     const double angle = std::acos(std::clamp(-face.normal.dot(result.direction), -1.0, 1.0));
     if (angle > options.greatest_approach_angle_rad)
-      return Refuse(At("readings", i) + ".face", readings[i].face + " met at " + Rounded(angle / kDegrees) + " deg",
-                    "at most " + Rounded(options.greatest_approach_angle_rad / kDegrees) +
+      return Refuse(At("readings", i) + ".face", readings[i].face + " met at " + Rounded(angle / kRadPerDeg) + " deg",
+                    "at most " + Rounded(options.greatest_approach_angle_rad / kRadPerDeg) +
                         " deg between the beam and the face's normal");
   }
   constexpr double kWorstSigmas = 10;
@@ -365,7 +364,7 @@ absl::StatusOr<std::vector<ProbeFaceCheck>> CheckProbe(const ProbeCalibration& p
 
 absl::StatusOr<double> SmallestBlockAngle(double theta) {
   if (!(theta >= M_PI / 4 - 1e-12 && theta <= M_PI / 2))
-    return Refuse("greatest_approach_angle_deg", Rounded(theta / kDegrees),
+    return Refuse("greatest_approach_angle_deg", Rounded(theta / kRadPerDeg),
                   "45 to 90: no beam meets two square faces at less than 45 deg each");
   if (std::cos(theta) <= 1 / std::sqrt(3.0)) return 0;
   const double psi = std::acos(std::min(1.0, std::sqrt(2.0) * std::cos(theta)));

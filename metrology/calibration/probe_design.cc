@@ -13,7 +13,7 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr double kFarthestMm = 1e5;
-constexpr std::size_t kMostFaces = 24;
+constexpr std::size_t kMostProbedFaces = 24;
 constexpr std::size_t kMostReadings = 5000;
 constexpr std::size_t kFewestReadings = 6;
 
@@ -54,7 +54,7 @@ absl::Status CheckOptions(const ProbeOptions& options) {
 }
 
 absl::Status CheckFaces(const std::vector<ProbedFace>& faces, std::map<std::string, int>* index_of) {
-  if (faces.empty() || faces.size() > kMostFaces)
+  if (faces.empty() || faces.size() > kMostProbedFaces)
     return Refuse("faces", std::to_string(faces.size()) + " of them", "1 to 24");
   for (std::size_t j = 0; j < faces.size(); ++j) {
     const std::string field = "faces[" + std::to_string(j) + "]";

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kDegrees = M_PI / 180;
 constexpr double kWorstResidualMm = 0.2;
 
 double AngleOf(const SpherePose& pose, int joint) { return joint == 0 ? pose.a_rad : pose.b_rad; }
@@ -28,13 +28,13 @@ Eigen::Matrix<double, 3, 8> PointCJacobian(const RotaryAxes& axes) {
 
 // The record knows each axis well enough to tell other units or another machine.
 absl::Status CheckNominal(const std::string& name, const AxisLine& found, const AxisLine& nominal) {
-  constexpr double kFarthestMm = 10, kGreatestTurn = 2 * kDegrees;
+  constexpr double kFarthestMm = 10, kGreatestTurn = 2 * kRadPerDeg;
   const double off = found.direction.cross(nominal.point_mm - found.point_mm).norm();
   const double turned = std::acos(std::min(1.0, std::abs(found.direction.dot(nominal.direction))));
   if (off <= kFarthestMm && turned <= kGreatestTurn) return absl::OkStatus();
   return absl::FailedPreconditionError(name + " axis was found " + Rounded(off) + " mm and " +
-                                       Rounded(turned / kDegrees) + " deg from the machine's record, want within " +
-                                       Rounded(kFarthestMm) + " mm and " + Rounded(kGreatestTurn / kDegrees) +
+                                       Rounded(turned / kRadPerDeg) + " deg from the machine's record, want within " +
+                                       Rounded(kFarthestMm) + " mm and " + Rounded(kGreatestTurn / kRadPerDeg) +
                                        " deg: check the poses' units (mm, deg) and that they are of this machine");
 }
 
@@ -57,8 +57,8 @@ absl::Status CheckPoses(const std::vector<SpherePose>& poses, const RotationOpti
       // Limits come from degrees: what is at a limit is within it.
       constexpr double kRounding = 1e-9;
       if (angle < joint.minimum_rad - kRounding || angle > joint.maximum_rad + kRounding)
-        return Refuse(field + "." + joint.axis, Rounded(angle / kDegrees) + " deg",
-                      Rounded(joint.minimum_rad / kDegrees) + " to " + Rounded(joint.maximum_rad / kDegrees) +
+        return Refuse(field + "." + joint.axis, Rounded(angle / kRadPerDeg) + " deg",
+                      Rounded(joint.minimum_rad / kRadPerDeg) + " to " + Rounded(joint.maximum_rad / kRadPerDeg) +
                           " deg, the axis's limits");
     }
   }
@@ -66,7 +66,7 @@ absl::Status CheckPoses(const std::vector<SpherePose>& poses, const RotationOpti
 }
 
 absl::Status CheckTurns(const std::vector<SpherePose>& poses, const RotationOptions& options) {
-  constexpr double kLeastTurn = 20 * kDegrees;
+  constexpr double kLeastTurn = 20 * kRadPerDeg;
   constexpr int kFewestPoses = 6;
   int used = 0;
   for (const SpherePose& p : poses) used += !p.held_out;
@@ -80,7 +80,7 @@ absl::Status CheckTurns(const std::vector<SpherePose>& poses, const RotationOpti
     if (high - low >= kLeastTurn) continue;
     const std::string& axis = options.joints[static_cast<size_t>(k)].axis;
     return absl::FailedPreconditionError(axis + " axis is not determined: " + axis + " turns by " +
-                                         (used == 0 ? "0" : Rounded((high - low) / kDegrees)) + " deg over " +
+                                         (used == 0 ? "0" : Rounded((high - low) / kRadPerDeg)) + " deg over " +
                                          std::to_string(used) +
                                          " poses of the fit; probe the sphere over at least 20 deg of " + axis);
   }

@@ -6,15 +6,13 @@
 
 #include "metrology/calibration/field_estimate.h"
 #include "metrology/calibration/sensor_equations.h"
+#include "metrology/frames/angles.h"
 #include "metrology/statistics/ranks.h"
 #include "refusal/message_text.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kLeverMm = 10;  // half the artefact: what an angle means in mm
-constexpr double kDegrees = M_PI / 180;
-constexpr size_t kFewestConePoints = 200;
 constexpr size_t kPullPoints = 50'000;    // the field is smooth: so many readings tell how it pulls,
 constexpr size_t kFieldPoints = 200'000;  // and so many what it is
 constexpr double kLeastAgreeing = 0.5;    // of the points seen where a cone's wall should be
@@ -26,8 +24,8 @@ constexpr double kLeastNoiseMm = 1e-5;
 // Units of one: mm, and an angle that moves the lever's end by 1 mm.
 Vector12d Scale() {
   Vector12d scale = Vector12d::Ones();
-  scale.head<3>().setConstant(1 / kLeverMm);
-  scale.segment<3>(6).setConstant(1 / kLeverMm);
+  scale.head<3>().setConstant(1 / kArtefactLever_mm);
+  scale.segment<3>(6).setConstant(1 / kArtefactLever_mm);
   return scale;
 }
 
@@ -39,14 +37,14 @@ absl::Status CheckDetermined(const Matrix6d& covariance, double condition, doubl
     const CalibrationParameter& parameter = kSensorParameters[static_cast<std::size_t>(k)];
     const bool turn = parameter.unit == ParameterUnit::kRad;
     const double sigma = std::sqrt(covariance(k, k));
-    if (sigma * (turn ? kLeverMm : 1) <= kLimitMm) continue;
+    if (sigma * (turn ? kArtefactLever_mm : 1) <= kLimitMm) continue;
     names += (names.empty() ? "" : ", ") + std::string(parameter.name) + " to " +
-             (turn ? Rounded(sigma / kDegrees) + " deg" : Rounded(sigma) + " mm");
+             (turn ? Rounded(sigma / kRadPerDeg) + " deg" : Rounded(sigma) + " mm");
   }
   if (names.empty()) return absl::OkStatus();
   return absl::FailedPreconditionError("not determined by these data: " + names + " (standard uncertainties; want " +
-                                       Rounded(kLimitMm / kLeverMm / kDegrees) + " deg and " + Rounded(kLimitMm) +
-                                       " mm), condition number " + Rounded(condition) +
+                                       Rounded(kLimitMm / kArtefactLever_mm / kRadPerDeg) + " deg and " +
+                                       Rounded(kLimitMm) + " mm), condition number " + Rounded(condition) +
                                        "; touched coordinates count with " + Rounded(1e3 * sigma_touch) +
                                        " um: probe the artefact again, with more points on its upper and side faces");
 }

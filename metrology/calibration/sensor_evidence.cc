@@ -13,8 +13,6 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kLeverMm = 10;  // half the artefact: what an angle means in mm
-
 // One slot over all scans.
 struct SeenSlot {
   Eigen::Vector2d laser_minus_touch_mm = Eigen::Vector2d::Zero();  // mean, along the artefact's face
@@ -87,7 +85,7 @@ std::optional<ResidualJudgement> JudgeSlots(const std::vector<FeatureCentre>& ce
 
 double ConditionNumber(const Matrix6d& covariance) {
   Vector6d scale = Vector6d::Ones();
-  scale.head<3>().setConstant(kLeverMm);
+  scale.head<3>().setConstant(kArtefactLever_mm);
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scale.asDiagonal() * covariance * scale.asDiagonal(),
                                                       Eigen::EigenvaluesOnly);
   return eigen.eigenvalues()(5) / eigen.eigenvalues()(0);

@@ -21,28 +21,25 @@ namespace {
 constexpr const char* kName = "deviation";
 constexpr const char* kOrigin[] = {"origin_x_mm", "origin_y_mm", "origin_z_mm"};
 constexpr const char* kStep = "deviation_step_mm";
-constexpr double kGreatestSteps = 1 << 30;
 constexpr int kGreatestBits = 24;  // a float32 holds no more
-// Half a step is the bound; less the last bit, so that rounding cannot exceed it.
-constexpr double kJustBelow = 1 - 1e-9;
-
-absl::Status Invalid(const std::string& message) { return absl::InvalidArgumentError(message); }
 
 absl::Status Check(const DeviationPoints& points, const DeviationPrecision& precision) {
-  if (points.in_part_mm.empty()) return Invalid("deviations: no points, want one at least");
+  if (points.in_part_mm.empty()) return absl::InvalidArgumentError("deviations: no points, want one at least");
   if (points.deviations_mm.size() != points.in_part_mm.size())
-    return Invalid("deviations: " + std::to_string(points.deviations_mm.size()) + " of " +
-                   std::to_string(points.in_part_mm.size()) + " points, want one a point");
+    return absl::InvalidArgumentError("deviations: " + std::to_string(points.deviations_mm.size()) + " of " +
+                                      std::to_string(points.in_part_mm.size()) + " points, want one a point");
   if (points.in_part_mm.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
-    return Invalid("deviations: too many points for one cloud");
+    return absl::InvalidArgumentError("deviations: too many points for one cloud");
   for (const double bound_mm : {precision.place_mm, precision.deviation_mm})
-    if (!(bound_mm > 0 && std::isfinite(bound_mm))) return Invalid("precision: " + Rounded(bound_mm) + " mm, want > 0");
+    if (!(bound_mm > 0 && std::isfinite(bound_mm)))
+      return absl::InvalidArgumentError("precision: " + Rounded(bound_mm) + " mm, want > 0");
   for (std::size_t i = 0; i < points.in_part_mm.size(); ++i) {
     if (!points.in_part_mm[i].allFinite() || !std::isfinite(points.deviations_mm[i]))
-      return Invalid("deviations: point " + std::to_string(i) + " is not finite");
+      return absl::InvalidArgumentError("deviations: point " + std::to_string(i) + " is not finite");
     if (!(std::abs(points.deviations_mm[i]) < kGreatestSteps * precision.deviation_mm))
-      return Invalid("deviations: point " + std::to_string(i) + " is " + Rounded(points.deviations_mm[i]) +
-                     " mm off, more than the precision leaves room for");
+      return absl::InvalidArgumentError("deviations: point " + std::to_string(i) + " is " +
+                                        Rounded(points.deviations_mm[i]) +
+                                        " mm off, more than the precision leaves room for");
   }
   return absl::OkStatus();
 }
@@ -63,8 +60,8 @@ absl::StatusOr<Lattice> LatticeOf(const Points& points_mm, double error_mm) {
   lattice.origin_mm = box_mm.min();
   lattice.bits = std::max(1, static_cast<int>(std::ceil(std::log2(cells + 1))));
   if (lattice.bits > kGreatestBits)
-    return Invalid("precision: places within " + Rounded(error_mm) + " mm over " + Rounded(box_mm.sizes().maxCoeff()) +
-                   " mm need more than 24 bits");
+    return absl::InvalidArgumentError("precision: places within " + Rounded(error_mm) + " mm over " +
+                                      Rounded(box_mm.sizes().maxCoeff()) + " mm need more than 24 bits");
   lattice.range_mm = static_cast<float>(step_mm * (std::ldexp(1.0, lattice.bits) - 1));
   return lattice;
 }
@@ -119,14 +116,14 @@ absl::StatusOr<DeviationPoints> DecodeDeviations(std::string_view bytes, std::in
   bool told = metadata != nullptr && metadata->GetEntryDouble(kStep, &step_mm);
   for (int k = 0; k < 3; ++k) told = told && metadata->GetEntryDouble(kOrigin[k], &origin_mm[k]);
   if (!told || !origin_mm.allFinite() || !(step_mm > 0 && std::isfinite(step_mm)))
-    return Invalid("the metadata is not that of deviations");
-  if ((*cloud)->num_attributes() != 2) return Invalid("not two attributes");
+    return absl::InvalidArgumentError("the metadata is not that of deviations");
+  if ((*cloud)->num_attributes() != 2) return absl::InvalidArgumentError("not two attributes");
   const draco::PointAttribute &places = *(*cloud)->attribute(0), &steps = *(*cloud)->attribute(1);
   if (places.attribute_type() != draco::GeometryAttribute::POSITION || places.data_type() != draco::DT_FLOAT32 ||
       places.num_components() != 3 || steps.data_type() != draco::DT_INT32 || steps.num_components() != 1 ||
       !places.is_mapping_identity() || !steps.is_mapping_identity() ||
       places.size() != static_cast<std::size_t>(expected_point_count) || steps.size() != places.size())
-    return Invalid("the attributes are not a place and a deviation a point");
+    return absl::InvalidArgumentError("the attributes are not a place and a deviation a point");
   DeviationPoints points;
   points.in_part_mm.resize(places.size());
   points.deviations_mm.resize(places.size());
@@ -140,7 +137,7 @@ absl::StatusOr<DeviationPoints> DecodeDeviations(std::string_view bytes, std::in
   }
   return points;
 } catch (const std::exception& error) {
-  return Invalid(std::string("Draco: ") + error.what());
+  return absl::InvalidArgumentError(std::string("Draco: ") + error.what());
 }
 
 }  // namespace sixpoint::metrology

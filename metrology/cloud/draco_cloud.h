@@ -24,6 +24,10 @@ struct DracoQuantiser {
 };
 absl::StatusOr<std::string> EncodeCloud(const draco::PointCloud& cloud, const DracoQuantiser& quantiser);
 
+// Of an integer attribute: differences of two still fit 32 bits.
+inline constexpr double kGreatestSteps = 1 << 30;
+// Half a step is the bound; less the last bit, so that rounding cannot exceed it.
+inline constexpr double kJustBelow = 1 - 1e-9;
 // An attribute of one integer a point, told apart by its metadata `name`.
 void AddIntegers(const std::string& name, const std::vector<std::int32_t>& values, draco::PointCloud* cloud);
 

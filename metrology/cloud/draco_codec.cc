@@ -22,8 +22,6 @@ constexpr int kLatestMinorVersion = 3;
 constexpr int kGreatestQuantizationBits = 30;  // of Draco
 constexpr int kGreatestAttempts = 4;
 
-absl::Status Invalid(const std::string& message) { return absl::InvalidArgumentError(message); }
-
 // The block's box, for the quantiser.
 struct Extent {
   Eigen::Vector3d minimum_mm;
@@ -37,11 +35,12 @@ absl::StatusOr<Extent> ExtentOf(const Points& points_mm, double error_bound_mm) 
   Eigen::Vector3d maximum_mm = points_mm.front();
   for (std::size_t i = 0; i < points_mm.size(); ++i) {
     const Eigen::Vector3d& p = points_mm[i];
-    if (!p.allFinite()) return Invalid("point " + std::to_string(i) + " is not finite");
+    if (!p.allFinite()) return absl::InvalidArgumentError("point " + std::to_string(i) + " is not finite");
     const double rounding_mm = (p.cast<float>().cast<double>() - p).cwiseAbs().maxCoeff();
     if (!(rounding_mm <= error_bound_mm)) {
-      return Invalid("point " + std::to_string(i) + ": rounding to float32 costs " + Rounded(rounding_mm) +
-                     " mm, want at most the error bound of " + Rounded(error_bound_mm) + " mm");
+      return absl::InvalidArgumentError("point " + std::to_string(i) + ": rounding to float32 costs " +
+                                        Rounded(rounding_mm) + " mm, want at most the error bound of " +
+                                        Rounded(error_bound_mm) + " mm");
     }
     extent.minimum_mm = extent.minimum_mm.cwiseMin(p);
     maximum_mm = maximum_mm.cwiseMax(p);
@@ -69,7 +68,8 @@ std::unique_ptr<draco::PointCloud> CloudOf(const Points& points_mm) {
 absl::StatusOr<std::string> EncodeWithStep(const draco::PointCloud& cloud, const Extent& extent, double step_mm) {
   const double cells = std::max(1.0, std::ceil(extent.range_mm / step_mm));
   const int bits = std::max(1, static_cast<int>(std::ceil(std::log2(cells + 1.0))));
-  if (bits > kGreatestQuantizationBits) return Invalid("the error bound needs more than 30 bits a coordinate");
+  if (bits > kGreatestQuantizationBits)
+    return absl::InvalidArgumentError("the error bound needs more than 30 bits a coordinate");
   const Eigen::Vector3f origin = extent.minimum_mm.cast<float>();
   // The quantiser's range is chosen so that one cell is one step, whatever the block's extent.
   const auto range = static_cast<float>(step_mm * (std::ldexp(1.0, bits) - 1.0));
@@ -85,11 +85,12 @@ double GreatestDifferenceMm(const Points& a, const Points& b) {
 }
 
 absl::StatusOr<EncodedBlock> EncodeBlock(const Points& points_mm, double error_bound_mm) try {
-  if (points_mm.empty()) return Invalid("a block without points");
+  if (points_mm.empty()) return absl::InvalidArgumentError("a block without points");
   if (points_mm.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max())) {
-    return Invalid("too many points for one block");
+    return absl::InvalidArgumentError("too many points for one block");
   }
-  if (!std::isfinite(error_bound_mm) || error_bound_mm <= 0) return Invalid("error bound: want > 0 mm");
+  if (!std::isfinite(error_bound_mm) || error_bound_mm <= 0)
+    return absl::InvalidArgumentError("error bound: want > 0 mm");
   const absl::StatusOr<Extent> extent = ExtentOf(points_mm, error_bound_mm);
   if (!extent.ok()) return extent.status();
   // float32 on both sides of the quantiser takes its share of the bound first.
@@ -105,8 +106,8 @@ absl::StatusOr<EncodedBlock> EncodeBlock(const Points& points_mm, double error_b
     const double proven_error_mm = GreatestDifferenceMm(points_mm, *decoded);
     if (proven_error_mm <= error_bound_mm) return EncodedBlock{*std::move(bytes), proven_error_mm};
   }
-  return Invalid("coordinates up to " + Rounded(extent->magnitude_mm) + " mm cannot be kept within " +
-                 Rounded(error_bound_mm) + " mm in float32");
+  return absl::InvalidArgumentError("coordinates up to " + Rounded(extent->magnitude_mm) +
+                                    " mm cannot be kept within " + Rounded(error_bound_mm) + " mm in float32");
 } catch (const std::exception& error) {
   return absl::ResourceExhaustedError(std::string("Draco encoder: ") + error.what());
 }
@@ -132,37 +133,40 @@ absl::StatusOr<ReencodedBlock> ReencodeBlock(std::string_view bytes, std::int64_
     block.bytes = *std::move(again);
     return block;
   }
-  return Invalid("points that cannot be encoded again without a change");
+  return absl::InvalidArgumentError("points that cannot be encoded again without a change");
 } catch (const std::bad_alloc&) {
   return absl::ResourceExhaustedError("Draco: no memory to encode the block again");
 } catch (const std::exception& error) {
-  return Invalid(std::string("Draco: ") + error.what());
+  return absl::InvalidArgumentError(std::string("Draco: ") + error.what());
 }
 
 absl::StatusOr<DracoHeader> InspectHeader(std::string_view bytes, std::int64_t point_count_limit) {
   if (bytes.size() < kHeaderBytes) {
-    return Invalid(std::to_string(bytes.size()) + " bytes, want a Draco header of 15");
+    return absl::InvalidArgumentError(std::to_string(bytes.size()) + " bytes, want a Draco header of 15");
   }
-  if (bytes.substr(0, 5) != "DRACO") return Invalid("does not begin with DRACO");
+  if (bytes.substr(0, 5) != "DRACO") return absl::InvalidArgumentError("does not begin with DRACO");
   const auto byte_at = [&](std::size_t i) { return static_cast<int>(static_cast<unsigned char>(bytes[i])); };
   DracoHeader header;
   header.minor_version = byte_at(6);
   if (byte_at(5) != 2 || header.minor_version > kLatestMinorVersion) {
-    return Invalid("Draco version " + std::to_string(byte_at(5)) + "." + std::to_string(byte_at(6)) +
-                   ", want 2.0 to 2.3");
+    return absl::InvalidArgumentError("Draco version " + std::to_string(byte_at(5)) + "." + std::to_string(byte_at(6)) +
+                                      ", want 2.0 to 2.3");
   }
-  if (byte_at(7) != 0) return Invalid("Draco geometry type " + std::to_string(byte_at(7)) + ", want 0 (point cloud)");
+  if (byte_at(7) != 0)
+    return absl::InvalidArgumentError("Draco geometry type " + std::to_string(byte_at(7)) + ", want 0 (point cloud)");
   if (byte_at(8) != 0) {
-    return Invalid("Draco method " + std::to_string(byte_at(8)) + ", want 0 (sequential, which keeps the order)");
+    return absl::InvalidArgumentError("Draco method " + std::to_string(byte_at(8)) +
+                                      ", want 0 (sequential, which keeps the order)");
   }
-  if (byte_at(9) != 0 || byte_at(10) != 0) return Invalid("Draco flags are set (metadata), want none");
+  if (byte_at(9) != 0 || byte_at(10) != 0)
+    return absl::InvalidArgumentError("Draco flags are set (metadata), want none");
   std::uint32_t count = 0;
   for (int i = 3; i >= 0; --i)
     count = count << 8 | static_cast<std::uint32_t>(byte_at(11 + static_cast<std::size_t>(i)));
   header.point_count = static_cast<std::int32_t>(count);
   if (header.point_count < 1 || header.point_count > point_count_limit) {
-    return Invalid("the Draco header declares " + std::to_string(header.point_count) + " points, want 1 to " +
-                   std::to_string(point_count_limit));
+    return absl::InvalidArgumentError("the Draco header declares " + std::to_string(header.point_count) +
+                                      " points, want 1 to " + std::to_string(point_count_limit));
   }
   return header;
 }
@@ -172,32 +176,33 @@ absl::StatusOr<Points> DecodeBlock(std::string_view bytes, std::int64_t expected
   const absl::StatusOr<DracoHeader> header = InspectHeader(bytes, expected_point_count);
   if (!header.ok()) return header.status();
   if (header->point_count != expected_point_count) {
-    return Invalid("the Draco header declares " + std::to_string(header->point_count) + " points, want " +
-                   std::to_string(expected_point_count));
+    return absl::InvalidArgumentError("the Draco header declares " + std::to_string(header->point_count) +
+                                      " points, want " + std::to_string(expected_point_count));
   }
   const auto decoded = DecodeCloud(bytes, expected_point_count);
   if (!decoded.ok()) return decoded.status();
   const std::unique_ptr<draco::PointCloud>& cloud = *decoded;
   if (cloud->num_attributes() != 1) {
-    return Invalid(std::to_string(cloud->num_attributes()) + " attributes, want POSITION alone");
+    return absl::InvalidArgumentError(std::to_string(cloud->num_attributes()) + " attributes, want POSITION alone");
   }
   const draco::PointAttribute* position = cloud->attribute(0);
   if (position->attribute_type() != draco::GeometryAttribute::POSITION || position->num_components() != 3 ||
       position->data_type() != draco::DT_FLOAT32) {
-    return Invalid("the attribute is not a POSITION of three float32");
+    return absl::InvalidArgumentError("the attribute is not a POSITION of three float32");
   }
   Points points_mm(static_cast<std::size_t>(expected_point_count));
   for (std::uint32_t i = 0; i < points_mm.size(); ++i) {
     const draco::AttributeValueIndex value = position->mapped_index(draco::PointIndex(i));
-    if (value.value() >= position->size()) return Invalid("point " + std::to_string(i) + " has no position");
+    if (value.value() >= position->size())
+      return absl::InvalidArgumentError("point " + std::to_string(i) + " has no position");
     Eigen::Vector3f p;
     position->GetValue(value, p.data());
-    if (!p.allFinite()) return Invalid("point " + std::to_string(i) + " is not finite");
+    if (!p.allFinite()) return absl::InvalidArgumentError("point " + std::to_string(i) + " is not finite");
     points_mm[i] = p.cast<double>();
   }
   return points_mm;
 } catch (const std::exception& error) {
-  return Invalid(std::string("Draco: ") + error.what());
+  return absl::InvalidArgumentError(std::string("Draco: ") + error.what());
 }
 
 }  // namespace sixpoint::metrology

@@ -18,12 +18,7 @@ namespace {
 
 constexpr std::array<const char*, 4> kAttributes = {"x", "column", "z", "y_from_ray"};
 enum Attribute { kX, kColumn, kZ, kYFromRay };
-constexpr double kGreatestSteps = 1 << 30;  // differences of two still fit 32 bits
-// Half a step is the bound; less the last bit, so that rounding cannot exceed it.
-constexpr double kJustBelow = 1 - 1e-9;
 constexpr int kFirstWindowColumns = 32;
-
-absl::Status Invalid(const std::string& message) { return absl::InvalidArgumentError(message); }
 
 // angle of a column's ray = first + column * pitch
 struct Rays {
@@ -126,11 +121,11 @@ absl::StatusOr<Rays> RaysOf(const draco::PointCloud& cloud) {
       !metadata->GetEntryDouble("first_ray_rad", &rays.first_rad) ||
       !metadata->GetEntryDouble("ray_pitch_rad", &rays.pitch_rad) ||
       !metadata->GetEntryInt("column_count", &rays.column_count)) {
-    return Invalid("the metadata is not that of a range image");
+    return absl::InvalidArgumentError("the metadata is not that of a range image");
   }
   if (rays.column_count < 1 || rays.column_count > kGreatestColumnCount || !std::isfinite(rays.step_mm) ||
       !std::isfinite(rays.mid_range_mm) || !std::isfinite(rays.first_rad) || !std::isfinite(rays.pitch_rad)) {
-    return Invalid("the metadata of the range image is out of range");
+    return absl::InvalidArgumentError("the metadata of the range image is out of range");
   }
   return rays;
 }
@@ -138,13 +133,14 @@ absl::StatusOr<Rays> RaysOf(const draco::PointCloud& cloud) {
 absl::StatusOr<Points> PointsOf(const draco::PointCloud& cloud) {
   const absl::StatusOr<Rays> rays = RaysOf(cloud);
   if (!rays.ok()) return rays.status();
-  if (cloud.num_attributes() != static_cast<int>(kAttributes.size())) return Invalid("not four attributes");
+  if (cloud.num_attributes() != static_cast<int>(kAttributes.size()))
+    return absl::InvalidArgumentError("not four attributes");
   std::array<const std::uint8_t*, kAttributes.size()> values{};
   for (int i = 0; i < cloud.num_attributes(); ++i) {
     const draco::PointAttribute& attribute = *cloud.attribute(i);
     if (attribute.data_type() != draco::DT_INT32 || attribute.num_components() != 1 ||
         !attribute.is_mapping_identity() || attribute.size() != cloud.num_points()) {
-      return Invalid("an attribute is not one int32 a point");
+      return absl::InvalidArgumentError("an attribute is not one int32 a point");
     }
     values[static_cast<std::size_t>(i)] = attribute.buffer()->data();
   }
@@ -157,7 +153,7 @@ absl::StatusOr<Points> PointsOf(const draco::PointCloud& cloud) {
   Points points_mm(cloud.num_points());
   for (std::size_t i = 0; i < points_mm.size(); ++i) {
     const std::int32_t column = value(kColumn, i);
-    if (column < 0 || column >= rays->column_count) return Invalid("a column beyond the fan");
+    if (column < 0 || column >= rays->column_count) return absl::InvalidArgumentError("a column beyond the fan");
     const double z_mm = value(kZ, i) * rays->step_mm;
     const double ray_mm = (rays->mid_range_mm - z_mm) * tangents[static_cast<std::size_t>(column)];
     points_mm[i] = {value(kX, i) * rays->step_mm, ray_mm + value(kYFromRay, i) * rays->step_mm, z_mm};
@@ -167,22 +163,24 @@ absl::StatusOr<Points> PointsOf(const draco::PointCloud& cloud) {
 
 absl::Status CheckInput(const Points& points_mm, const std::vector<int>& columns, const ScannerFan& fan,
                         double step_mm) {
-  if (points_mm.empty()) return Invalid("a block without points");
-  if (!columns.empty() && columns.size() != points_mm.size()) return Invalid("not one column for each point");
-  if (!std::isfinite(step_mm) || step_mm <= 0) return Invalid("step: want > 0 mm");
+  if (points_mm.empty()) return absl::InvalidArgumentError("a block without points");
+  if (!columns.empty() && columns.size() != points_mm.size())
+    return absl::InvalidArgumentError("not one column for each point");
+  if (!std::isfinite(step_mm) || step_mm <= 0) return absl::InvalidArgumentError("step: want > 0 mm");
   if (fan.column_count < 1 || fan.column_count > kGreatestColumnCount || !(fan.line_angle_rad > 0) ||
       !(fan.line_angle_rad < 3) || !std::isfinite(fan.mid_range_mm)) {
-    return Invalid("the sensor's fan: want 1 to 65536 columns over a line angle of more than 0 deg");
+    return absl::InvalidArgumentError("the sensor's fan: want 1 to 65536 columns over a line angle of more than 0 deg");
   }
   for (std::size_t i = 0; i < points_mm.size(); ++i) {
-    if (!points_mm[i].allFinite()) return Invalid("point " + std::to_string(i) + " is not finite");
+    if (!points_mm[i].allFinite()) return absl::InvalidArgumentError("point " + std::to_string(i) + " is not finite");
     if (points_mm[i].cwiseAbs().maxCoeff() > kGreatestSteps * step_mm) {
-      return Invalid("point " + std::to_string(i) + " is " + Rounded(points_mm[i].cwiseAbs().maxCoeff()) +
-                     " mm away, too far to be kept within " + Rounded(0.5e3 * step_mm) + " um");
+      return absl::InvalidArgumentError("point " + std::to_string(i) + " is " +
+                                        Rounded(points_mm[i].cwiseAbs().maxCoeff()) +
+                                        " mm away, too far to be kept within " + Rounded(0.5e3 * step_mm) + " um");
     }
   }
   for (const int column : columns) {
-    if (column < 0 || column >= fan.column_count) return Invalid("column " + std::to_string(column));
+    if (column < 0 || column >= fan.column_count) return absl::InvalidArgumentError("column " + std::to_string(column));
   }
   return absl::OkStatus();
 }
@@ -215,7 +213,8 @@ absl::StatusOr<Steps> StepsOf(const Points& points_mm, const std::vector<int>& c
     const double ray_mm =
         (rays->mid_range_mm - z * rays->step_mm) * tangents[static_cast<std::size_t>(steps[kColumn][i])];
     const double y = std::round((p.y() - ray_mm) / rays->step_mm);
-    if (!(std::abs(y) <= kGreatestSteps)) return Invalid("point " + std::to_string(i) + " is too far off its ray");
+    if (!(std::abs(y) <= kGreatestSteps))
+      return absl::InvalidArgumentError("point " + std::to_string(i) + " is too far off its ray");
     steps[kX][i] = static_cast<std::int32_t>(std::round(p.x() / rays->step_mm));
     steps[kZ][i] = static_cast<std::int32_t>(z);
     steps[kYFromRay][i] = static_cast<std::int32_t>(y);
@@ -257,12 +256,12 @@ bool IsRangeImage(std::string_view bytes) {
 }
 
 absl::StatusOr<Points> DecodeRangeImage(std::string_view bytes, std::int64_t expected_point_count) try {
-  if (!IsRangeImage(bytes)) return Invalid("not a range image");
+  if (!IsRangeImage(bytes)) return absl::InvalidArgumentError("not a range image");
   const auto cloud = DecodeCloud(bytes, expected_point_count);
   if (!cloud.ok()) return cloud.status();
   return PointsOf(**cloud);
 } catch (const std::exception& error) {
-  return Invalid(std::string("Draco: ") + error.what());
+  return absl::InvalidArgumentError(std::string("Draco: ") + error.what());
 }
 
 }  // namespace sixpoint::metrology

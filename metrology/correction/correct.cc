@@ -5,14 +5,13 @@
 #include <cstdio>
 
 #include "metrology/correction/start_uncertainty.h"
+#include "metrology/frames/angles.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 // The estimates as they would be, had pose and axes been found moved by these parameters.
-struct Chain {
+struct MovedEstimates {
   const NominalHoleGroup& group;
   const RegisteredPose& pose;
   const RotaryAxes& axes;
@@ -47,7 +46,8 @@ absl::Status CheckCommand(const char* axis, double command_rad, double minimum_r
 }
 
 // Limits do not bind here: the branch is the one found.
-absl::StatusOr<Eigen::MatrixXd> JacobianOf(const Chain& chain, const RotaryAngles& reached, Eigen::Index value_count) {
+absl::StatusOr<Eigen::MatrixXd> JacobianOf(const MovedEstimates& chain, const RotaryAngles& reached,
+                                           Eigen::Index value_count) {
   const double free = 4 * kPi;
   const RotaryLimits unlimited{-free, free, -free, free};
   return ChainJacobian(value_count, [&](const ChainParameters& change) { return chain(change, reached, unlimited); });
@@ -64,7 +64,7 @@ absl::StatusOr<CorrectedHoleGroup> CorrectGroup(const NominalHoleGroup& group, c
                                                 const RotaryAxes& nominal_axes, const RotaryLimits& limits,
                                                 const Drilling& drilling) {
   if (absl::Status status = CheckFinite(pose); !status.ok()) return status;
-  const Chain chain{group, pose, axes, axes.Growth(drilling.stretch)};
+  const MovedEstimates chain{group, pose, axes, axes.Growth(drilling.stretch)};
   const auto values = chain(ChainParameters::Zero(), group.nominal, limits);
   if (!values.ok()) return Named(group.name, values.status());
 

@@ -6,29 +6,29 @@
 #include <limits>
 #include <optional>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
-constexpr std::size_t kAxes = 5, kZ = 2;
-constexpr double kOnAxis = 1e-3;       // mm and deg: a move along a hole's axis is written with four decimals
-constexpr double kMostSteps = 10'000;  // up a hole's axis
-constexpr int kMostLooks = 20'000;     // at the surface, of one move: one that is not told apart by then is too near
+constexpr double kOnAxis = 1e-3;             // mm and deg: a move along a hole's axis is written with four decimals
+constexpr double kMostStepsUpAxis = 10'000;  // up a hole's axis
+constexpr int kMostLooks = 20'000;  // at the surface, of one move: one that is not told apart by then is too near
 constexpr int kMostLooksAtAll = 3'000'000;  // of a program: some seconds
 constexpr std::size_t kMostPieces = 4096;
 
-using Position = std::array<double, kAxes>;  // X, Y, Z in mm, the rotary axes in rad
+using Position = std::array<double, kNcAxisCount>;  // X, Y, Z in mm, the rotary axes in rad
 
 // Places between two ends.
-struct Piece {
+struct MovePiece {
   Position low, high;
 };
 
 std::optional<Position> PositionOf(const NcPosition& at) {
   Position position{};
-  for (std::size_t i = 0; i < kAxes; ++i) {
+  for (std::size_t i = 0; i < kNcAxisCount; ++i) {
     if (!at[i].has_value()) return std::nullopt;
-    position[i] = *at[i] * (i < 3 ? 1 : kRad);
+    position[i] = *at[i] * (i < 3 ? 1 : kRadPerDeg);
   }
   return position;
 }
@@ -37,20 +37,20 @@ double DistanceFromBox(const Eigen::Vector3d& point, const Eigen::Vector3d& low,
   return (low - point).cwiseMax(point - high).cwiseMax(0.0).norm();
 }
 
-class Clearances {
+class MoveClearances {
  public:
-  Clearances(const PlacedPart& part, double keep_out_mm)
+  MoveClearances(const PlacedPart& part, double keep_out_mm)
       : part_(part), part_from_zero_(part.zero_from_part.inverse()), keep_out_mm_(keep_out_mm) {}
 
   // Of the whole piece, what is sure: at least the keep-out, or the first place that is nearer. straight: its two ends are
   // joined by a line; else any place between them.
-  double Of(const Piece& whole, bool straight) {
-    std::vector<Piece> pieces = {whole};
+  double Of(const MovePiece& whole, bool straight) {
+    std::vector<MovePiece> pieces = {whole};
     double least_mm = std::numeric_limits<double>::infinity();
     for (int looks = 0; !pieces.empty(); ++looks, ++looks_) {
-      const Piece piece = pieces.back();
+      const MovePiece piece = pieces.back();
       pieces.pop_back();
-      std::array<double, kAxes> reach{};
+      std::array<double, kNcAxisCount> reach{};
       const double reach_mm = ReachOf(piece, &reach);
       const double distance_mm = DistanceAt(piece, keep_out_mm_ + reach_mm);
       least_mm = std::min(least_mm, distance_mm);
@@ -65,7 +65,7 @@ class Clearances {
 
  private:
   // How far the tip is at most from where it is in the middle, and what each axis adds to that.
-  double ReachOf(const Piece& piece, std::array<double, kAxes>* reach) const {
+  double ReachOf(const MovePiece& piece, std::array<double, kNcAxisCount>* reach) const {
     Eigen::Vector3d middle, half;
     for (int i = 0; i < 3; ++i) {
       const auto axis = static_cast<std::size_t>(i);
@@ -81,9 +81,9 @@ class Clearances {
   }
 
   // In the middle of the piece; of what is farther than asked_mm something between that and the truth.
-  double DistanceAt(const Piece& piece, double asked_mm) const {
+  double DistanceAt(const MovePiece& piece, double asked_mm) const {
     const auto middle = [&](std::size_t i) { return (piece.low[i] + piece.high[i]) / 2; };
-    const Eigen::Vector3d tip_mm(middle(0), middle(1), middle(kZ));
+    const Eigen::Vector3d tip_mm(middle(0), middle(1), middle(kNcZ));
     const Eigen::Vector3d in_part =
         part_from_zero_ * (part_.axes.MachineFromZero(middle(3), middle(4)).inverse() * tip_mm);
     const double from_box_mm = DistanceFromBox(in_part, part_.surface.minimum_mm(), part_.surface.maximum_mm());
@@ -92,11 +92,11 @@ class Clearances {
     return part_.surface.mesh().closed ? distance_mm : std::abs(distance_mm);  // of a sheet nothing is inside
   }
 
-  static void Split(const Piece& piece, const std::array<double, kAxes>& reach, bool straight,
-                    std::vector<Piece>* pieces) {
-    Piece first = piece, second = piece;
+  static void Split(const MovePiece& piece, const std::array<double, kNcAxisCount>& reach, bool straight,
+                    std::vector<MovePiece>* pieces) {
+    MovePiece first = piece, second = piece;
     const auto widest = static_cast<std::size_t>(std::max_element(reach.begin(), reach.end()) - reach.begin());
-    for (std::size_t i = 0; i < kAxes; ++i)
+    for (std::size_t i = 0; i < kNcAxisCount; ++i)
       if (straight || i == widest) first.high[i] = second.low[i] = (piece.low[i] + piece.high[i]) / 2;
     pieces->push_back(second);
     pieces->push_back(first);
@@ -109,9 +109,9 @@ class Clearances {
 };
 
 bool StandsAt(const Position& position, const NcTarget& target) {
-  const Position wanted = {target.x_mm, target.y_mm, target.z_mm, target.a_deg * kRad, target.b_deg * kRad};
-  for (std::size_t i = 0; i < kAxes; ++i)
-    if (std::abs(position[i] - wanted[i]) > (i < 3 ? kOnAxis : kOnAxis * kRad)) return false;
+  const Position wanted = {target.x_mm, target.y_mm, target.z_mm, target.a_deg * kRadPerDeg, target.b_deg * kRadPerDeg};
+  for (std::size_t i = 0; i < kNcAxisCount; ++i)
+    if (std::abs(position[i] - wanted[i]) > (i < 3 ? kOnAxis : kOnAxis * kRadPerDeg)) return false;
   return true;
 }
 
@@ -120,19 +120,19 @@ class HoleAxes {
  public:
   explicit HoleAxes(const std::map<std::string, NcTarget>& targets) {
     for (const auto& [name, target] : targets)
-      axes_.push_back({target.x_mm, target.y_mm, target.a_deg * kRad, target.b_deg * kRad, target.z_mm});
+      axes_.push_back({target.x_mm, target.y_mm, target.a_deg * kRadPerDeg, target.b_deg * kRadPerDeg, target.z_mm});
     std::sort(axes_.begin(), axes_.end());
   }
   // Along the axis of a hole that is turned to the tool; no rapid goes down below its start, but by steps.
   bool Hold(const NcMove& move, const Position& from, const Position& to) const {
     for (const std::size_t i : {0u, 1u, 3u, 4u})
-      if (std::abs(from[i] - to[i]) > (i < 3 ? kOnAxis : kOnAxis * kRad)) return false;
+      if (std::abs(from[i] - to[i]) > (i < 3 ? kOnAxis : kOnAxis * kRadPerDeg)) return false;
     const auto less = [](const Axis& axis, double x_mm) { return axis[0] < x_mm; };
     for (auto axis = std::lower_bound(axes_.begin(), axes_.end(), to[0] - kOnAxis, less);
          axis != axes_.end() && (*axis)[0] <= to[0] + kOnAxis; ++axis)
-      if (std::abs((*axis)[1] - to[1]) <= kOnAxis && std::abs((*axis)[2] - to[3]) <= kOnAxis * kRad &&
-          std::abs((*axis)[3] - to[4]) <= kOnAxis * kRad)
-        return move.feed || move.by_steps || to[kZ] >= from[kZ] || to[kZ] >= (*axis)[4] - kOnAxis;
+      if (std::abs((*axis)[1] - to[1]) <= kOnAxis && std::abs((*axis)[2] - to[3]) <= kOnAxis * kRadPerDeg &&
+          std::abs((*axis)[3] - to[4]) <= kOnAxis * kRadPerDeg)
+        return move.feed || move.by_steps || to[kNcZ] >= from[kNcZ] || to[kNcZ] >= (*axis)[4] - kOnAxis;
     return false;
   }
 
@@ -168,7 +168,7 @@ class Nearest {
 absl::StatusOr<GateCheck> CheckKeepOut(const std::vector<NcMove>& moves, const std::map<std::string, NcTarget>& targets,
                                        const PlacedPart& part, double keep_out_mm,
                                        const std::function<bool()>& keep_going) {
-  Clearances clearances(part, keep_out_mm);
+  MoveClearances clearances(part, keep_out_mm);
   const HoleAxes holes(targets);
   Nearest nearest(GateCheckKind::kKeepOut, keep_out_mm);
   const double above_mm = (part.surface.maximum_mm() - part.surface.minimum_mm()).norm();
@@ -181,8 +181,8 @@ absl::StatusOr<GateCheck> CheckKeepOut(const std::vector<NcMove>& moves, const s
     std::optional<Position> from = PositionOf(move.from);
     if (!from.has_value()) {
       NcPosition from_above = move.from;
-      from_above[kZ] = *move.to[kZ] + above_mm;
-      from = move.from[kZ].has_value() ? std::nullopt : PositionOf(from_above);
+      from_above[kNcZ] = *move.to[kNcZ] + above_mm;
+      from = move.from[kNcZ].has_value() ? std::nullopt : PositionOf(from_above);
     }
     if (from.has_value() && IsAlongPath(move, *from, *to, targets)) continue;
     const std::string line = "line " + std::to_string(move.line);
@@ -210,7 +210,7 @@ absl::StatusOr<GateCheck> CheckLinesOfSight(const std::vector<NominalHoleGroup>&
         const double distance_mm =
             std::abs(surface.Closest(hole.start_in_part_mm + height_mm * group.axis_in_part).signed_distance_mm);
         least_mm = std::min(least_mm, distance_mm);
-        height_mm += std::max({distance_mm - keep_out_mm, keep_out_mm / 10, size_mm / kMostSteps});
+        height_mm += std::max({distance_mm - keep_out_mm, keep_out_mm / 10, size_mm / kMostStepsUpAxis});
       }
       nearest.Look(group.name + "/" + hole.name, std::min(least_mm, size_mm));
     }
@@ -239,8 +239,8 @@ GateCheck CheckTravel(const std::vector<CorrectedHoleGroup>& groups, const std::
   for (const CorrectedHoleGroup& group : groups)
     for (const CorrectedHole& hole : group.holes) look(group.name + "/" + hole.name, hole.start_mm);
   for (const NcMove& move : moves)
-    if (move.to[0] && move.to[1] && move.to[kZ])
-      look("line " + std::to_string(move.line), {*move.to[0], *move.to[1], *move.to[kZ]});
+    if (move.to[0] && move.to[1] && move.to[kNcZ])
+      look("line " + std::to_string(move.line), {*move.to[0], *move.to[1], *move.to[kNcZ]});
   return check;
 }
 

@@ -1,5 +1,7 @@
 #include "metrology/correction/nc_block.h"
 
+#include <absl/strings/ascii.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
@@ -12,9 +14,6 @@ namespace {
 using Wrong = std::function<absl::Status(const std::string&)>;
 
 const std::set<std::string> kNames = {"TRAORI", "TRAFOOF", "ORIWKS", "ORIVECT"};
-
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
-char Upper(char c) { return static_cast<char>(std::toupper(static_cast<unsigned char>(c))); }
 
 bool ToNumber(const std::string& text, double* value) {
   const std::string digits = text.rfind('+', 0) == 0 ? text.substr(1) : text;
@@ -29,7 +28,7 @@ void AddMarker(const std::string& comment, std::vector<std::string>* markers) {
   if (begin == std::string::npos) return;
   const std::size_t end = std::min(comment.find_first_of(kBlank, begin), comment.size());
   std::string word = comment.substr(begin, end - begin);
-  for (char& c : word) c = Upper(c);
+  for (char& c : word) c = absl::ascii_toupper(c);
   if (word != "SIXPOINT") return;
   const std::size_t name = std::min(comment.find_first_not_of(kBlank, end), comment.size());
   const std::size_t last = comment.find_last_not_of(kBlank);
@@ -79,7 +78,7 @@ class Line {
 
   absl::Status ReadName() {
     std::string name;
-    for (; IsLetter(at_); ++at_) name += Upper(text_[at_]);
+    for (; IsLetter(at_); ++at_) name += absl::ascii_toupper(text_[at_]);
     if (!knows_names_ || kNames.count(name) == 0)
       return wrong_("words of one letter and a number; no names, calls or statements");
     // TRAORI(2) is another transformation.
@@ -94,9 +93,9 @@ class Line {
 
   absl::Status ReadWord() {
     NcReadWord word;
-    word.address = Upper(text_[at_++]);
+    word.address = absl::ascii_toupper(text_[at_++]);
     std::size_t past = at_;
-    while (past < text_.size() && IsDigit(text_[past])) ++past;
+    while (past < text_.size() && absl::ascii_isdigit(text_[past])) ++past;
     if (past > at_ && past < text_.size() && text_[past] == '=') {
       word.address += text_.substr(at_, past - at_);
       at_ = past + 1;

@@ -1,6 +1,7 @@
 #include "metrology/correction/nc_program.h"
 
 #include <absl/status/status.h>
+#include <absl/strings/ascii.h>
 
 #include <algorithm>
 #include <cctype>
@@ -19,10 +20,8 @@ namespace {
 
 constexpr int kLeastDecimals = 4, kMostDecimals = 9;
 
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 bool IsLetter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
 bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
-char Upper(char c) { return static_cast<char>(std::toupper(static_cast<unsigned char>(c))); }
 
 absl::Status RefuseLine(int line, std::string_view found, const std::string& wanted) {
   std::string text(found.substr(0, 60));
@@ -43,7 +42,7 @@ std::optional<std::string_view> MarkerOf(std::string_view comment) {
   comment = Trimmed(comment);
   if (comment.size() < kWord.size()) return std::nullopt;
   for (std::size_t i = 0; i < kWord.size(); ++i)
-    if (Upper(comment[i]) != kWord[i]) return std::nullopt;
+    if (absl::ascii_toupper(comment[i]) != kWord[i]) return std::nullopt;
   return Trimmed(comment.substr(kWord.size()));
 }
 
@@ -59,14 +58,14 @@ struct Block {
 };
 
 // Words that have no value, and are not taken for letters.
-constexpr std::array<std::string_view, 4> kNames = {"TRAORI", "TRAFOOF", "ORIWKS", "ORIVECT"};
+constexpr std::array<std::string_view, 4> kWordsWithoutValue = {"TRAORI", "TRAFOOF", "ORIWKS", "ORIVECT"};
 
 std::optional<std::string_view> NameAt(std::string_view line, std::size_t at) {
   std::size_t end = at;
   while (end < line.size() && IsLetter(line[end])) ++end;
-  for (const std::string_view name : kNames)
+  for (const std::string_view name : kWordsWithoutValue)
     if (name.size() == end - at && std::equal(name.begin(), name.end(), line.begin() + static_cast<std::ptrdiff_t>(at),
-                                              [](char one, char other) { return one == Upper(other); }))
+                                              [](char one, char other) { return one == absl::ascii_toupper(other); }))
       return name;
   return std::nullopt;
 }
@@ -74,10 +73,10 @@ std::optional<std::string_view> NameAt(std::string_view line, std::size_t at) {
 // "A3" of "A3=0.5"; "A" of all else that begins so.
 std::string AddressAt(std::string_view line, std::size_t at) {
   std::size_t end = at + 1;
-  while (end < line.size() && IsDigit(line[end])) ++end;
+  while (end < line.size() && absl::ascii_isdigit(line[end])) ++end;
   const bool has_number = end > at + 1 && end < line.size() && line[end] == '=';
   std::string address(line.substr(at, has_number ? end - at : 1));
-  address[0] = Upper(address[0]);
+  address[0] = absl::ascii_toupper(address[0]);
   return address;
 }
 
@@ -115,10 +114,10 @@ std::optional<int> DecimalsOf(std::string_view value) {
   std::size_t i = 0;
   if (i < value.size() && (value[i] == '+' || value[i] == '-')) ++i;
   int digits = 0, decimals = 0;
-  while (i < value.size() && IsDigit(value[i])) ++i, ++digits;
+  while (i < value.size() && absl::ascii_isdigit(value[i])) ++i, ++digits;
   if (i < value.size() && value[i] == '.') {
     ++i;
-    while (i < value.size() && IsDigit(value[i])) ++i, ++digits, ++decimals;
+    while (i < value.size() && absl::ascii_isdigit(value[i])) ++i, ++digits, ++decimals;
   }
   if (digits == 0 || i != value.size()) return std::nullopt;
   return decimals;

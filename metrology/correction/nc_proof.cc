@@ -6,14 +6,13 @@
 #include <optional>
 #include <set>
 
+#include "metrology/frames/angles.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
-constexpr std::size_t kZ = 2;
 constexpr double kSame_mm = 1e-3 * kGreatestNcDifference_um;
 
 struct Difference {
@@ -37,8 +36,8 @@ class Proof {
 
   absl::Status Follow(const NcMove& move) {
     if (absl::Status status = Judge(move); !status.ok()) return status;
-    if (!OnlyZ(move) || !move.from[kZ].has_value()) above_mm_ = move.to[kZ];
-    if (move.to[kZ].has_value()) above_mm_ = std::max(*move.to[kZ], above_mm_.value_or(*move.to[kZ]));
+    if (!OnlyZ(move) || !move.from[kNcZ].has_value()) above_mm_ = move.to[kNcZ];
+    if (move.to[kNcZ].has_value()) above_mm_ = std::max(*move.to[kNcZ], above_mm_.value_or(*move.to[kNcZ]));
     return absl::OkStatus();
   }
 
@@ -77,7 +76,8 @@ class Proof {
   // Where the axes hold which point of the part under the tool, and in what direction. Axes seldom turn between two looks.
   const Eigen::Isometry3d& ZeroFromMachine(double a_deg, double b_deg) {
     if (a_deg != a_deg_ || b_deg != b_deg_)
-      zero_from_machine_ = axes_.MachineFromZero((a_deg_ = a_deg) * kRad, (b_deg_ = b_deg) * kRad).inverse();
+      zero_from_machine_ =
+          axes_.MachineFromZero((a_deg_ = a_deg) * kRadPerDeg, (b_deg_ = b_deg) * kRadPerDeg).inverse();
     return zero_from_machine_;
   }
 
@@ -96,10 +96,10 @@ class Proof {
     if (known == poses_.end())
       known = poses_.emplace(name, PoseAt({target.x_mm, target.y_mm, target.z_mm}, target.a_deg, target.b_deg)).first;
     const Pose& wanted = known->second;
-    const Pose found = PoseAt({*at[0], *at[1], with_z ? *at[kZ] : target.z_mm}, *at[3], *at[4]);
+    const Pose found = PoseAt({*at[0], *at[1], with_z ? *at[kNcZ] : target.z_mm}, *at[3], *at[4]);
     Difference difference{
         1e3 * (found.start_mm - wanted.start_mm).norm(),
-        std::atan2(found.direction.cross(wanted.direction).norm(), found.direction.dot(wanted.direction)) / kRad};
+        std::atan2(found.direction.cross(wanted.direction).norm(), found.direction.dot(wanted.direction)) / kRadPerDeg};
     // The same pose a whole turn away would be a cut of a whole turn to the next one.
     if (target.number > 0)
       difference.turn_deg = std::fmax(std::abs(*at[3] - target.a_deg), std::abs(*at[4] - target.b_deg));
@@ -123,8 +123,8 @@ class Proof {
     }
     follows_ = false;
     // On its way: from above, and not yet down.
-    const bool above = move.from[kZ].has_value() && move.to[kZ].has_value() && *move.from[kZ] > target.z_mm &&
-                       *move.to[kZ] > target.z_mm + kSame_mm;
+    const bool above = move.from[kNcZ].has_value() && move.to[kNcZ].has_value() && *move.from[kNcZ] > target.z_mm &&
+                       *move.to[kNcZ] > target.z_mm + kSame_mm;
     if (move.feed && !above) return RefuseMove(move, "cuts away from " + move.target, WantedPose());
     return absl::OkStatus();
   }
@@ -140,11 +140,11 @@ class Proof {
   }
 
   absl::Status EnterPath(const NcMove& move, const Difference& difference) {
-    if (!Known(move.from) || !OnlyZ(move) || !(*move.from[kZ] > *move.to[kZ]))
+    if (!Known(move.from) || !OnlyZ(move) || !(*move.from[kNcZ] > *move.to[kNcZ]))
       return RefuseMove(move, move.target + " is not reached from above", "Z alone, down to the path's first pose");
     path_pose_ = move.target;
-    entered_from_mm_ = std::max(*move.from[kZ], above_mm_.value_or(*move.from[kZ]));
-    entered_down_mm_ = entered_from_mm_ - *move.to[kZ];
+    entered_from_mm_ = std::max(*move.from[kNcZ], above_mm_.value_or(*move.from[kNcZ]));
+    entered_down_mm_ = entered_from_mm_ - *move.to[kNcZ];
     return Reach(move.target, difference, false);
   }
 
@@ -183,12 +183,12 @@ class Proof {
     const double last_mm = targets_.at(path_pose_).z_mm;
     const double clear_mm = entered_from_mm_ > last_mm + kSame_mm ? entered_from_mm_ : last_mm + entered_down_mm_;
     const bool up = move.target.empty() && OnlyZ(move) && Known(move.from) && Known(move.to) &&
-                    *move.to[kZ] > *move.from[kZ] + kSame_mm;
+                    *move.to[kNcZ] > *move.from[kNcZ] + kSame_mm;
     if (!up)
       return RefuseMove(move, "not upwards from " + path_pose_,
                         "Z raised first, to " + Rounded(clear_mm) + " at least, in a block without a marker");
     follows_ = false;
-    if (*move.to[kZ] >= clear_mm - kSame_mm) path_pose_.clear();
+    if (*move.to[kNcZ] >= clear_mm - kSame_mm) path_pose_.clear();
     return absl::OkStatus();
   }
 
@@ -205,7 +205,7 @@ class Proof {
       return RefuseMove(move, "a feed (G1) that is not marked", "rapid (G0), or a marker");
     const Difference difference = From(move.from, open_, false);
     if (!difference.Small()) return RefuseMove(move, "a feed away from " + open_, WantedPose());
-    if (*move.to[kZ] >= *move.from[kZ]) return absl::OkStatus();  // out of the hole
+    if (*move.to[kNcZ] >= *move.from[kNcZ]) return absl::OkStatus();  // out of the hole
     if (!follows_)
       return RefuseMove(move, "a depth that does not follow the hole", "steps (G91) from its start, or a marker");
     return Reach(open_, difference);
@@ -215,20 +215,20 @@ class Proof {
     if (open_.empty()) return absl::OkStatus();
     const NcTarget& target = targets_.at(open_);
     // Steps may go deeper from a start that was reached.
-    if (!follows_ && move.to[kZ].has_value() && *move.to[kZ] < target.z_mm - kSame_mm &&
-        !(move.from[kZ].has_value() && *move.to[kZ] >= *move.from[kZ]))
+    if (!follows_ && move.to[kNcZ].has_value() && *move.to[kNcZ] < target.z_mm - kSame_mm &&
+        !(move.from[kNcZ].has_value() && *move.to[kNcZ] >= *move.from[kNcZ]))
       return RefuseMove(move, "a rapid below the start of " + open_, "a feed (G1) from its start");
     if (!reached_now_ || !Known(move.from)) return absl::OkStatus();
-    if (!OnlyZ(move) && *move.from[kZ] <= target.z_mm + kSame_mm)
+    if (!OnlyZ(move) && *move.from[kNcZ] <= target.z_mm + kSame_mm)
       return RefuseMove(move, "sideways from " + open_, "Z raised first, or a marker");
-    if (move.to[kZ].has_value() && *move.to[kZ] < *move.from[kZ] && !follows_)
+    if (move.to[kNcZ].has_value() && *move.to[kNcZ] < *move.from[kNcZ] && !follows_)
       return RefuseMove(move, "a rapid down that does not follow " + open_, "steps (G91) from its start, or a marker");
     return absl::OkStatus();
   }
 
   // Deeper than the start of the hole that was reached last.
   bool InHole(const NcPosition& at) const {
-    return !last_reached_.empty() && at[kZ].has_value() && *at[kZ] < targets_.at(last_reached_).z_mm - kSame_mm;
+    return !last_reached_.empty() && at[kNcZ].has_value() && *at[kNcZ] < targets_.at(last_reached_).z_mm - kSame_mm;
   }
 
   absl::Status Reach(const std::string& name, const Difference& difference, bool follows = true) {

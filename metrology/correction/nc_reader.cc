@@ -14,9 +14,7 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr int kAxes = 5;
-constexpr std::size_t kZ = 2;
-const std::string kDirection = "A3 B3 C3 ";  // where the tool points, while the transformation is on
+const std::string kDirectionAddresses = "A3 B3 C3 ";  // where the tool points, while the transformation is on
 constexpr double kMmPerInch = 25.4;
 constexpr std::size_t kMostCodes = 16;  // of a block; each is compared with each
 
@@ -131,7 +129,7 @@ class Reader {
         continue;
       }
       if (!addresses.insert(word.address).second) return Wrong("the word " + word.address + " once");
-      const std::size_t component = kDirection.find(word.address + " ");
+      const std::size_t component = kDirectionAddresses.find(word.address + " ");
       if (const int axis = AxisOf(word.address); axis >= 0)
         said[static_cast<std::size_t>(axis)] = word.value;
       else if (transformed_ && component != std::string::npos)
@@ -198,7 +196,7 @@ class Reader {
   // What the last move said of the part becomes what the axes do.
   absl::Status Transform(const std::array<std::optional<double>, 3>& direction) {
     NcMove& move = moves.back();
-    const auto axes = AxesOfDirection(*frame_.transformation, {*move.to[0], *move.to[1], *move.to[kZ]},
+    const auto axes = AxesOfDirection(*frame_.transformation, {*move.to[0], *move.to[1], *move.to[kNcZ]},
                                       {*direction[0], *direction[1], *direction[2]}, {*move.from[3], *move.from[4]},
                                       [this](const std::string& wanted) { return Wrong(wanted); });
     if (!axes.ok()) return axes.status();
@@ -226,7 +224,7 @@ class Reader {
     const absl::StatusOr<double> length_mm = LengthOf('T', *chosen_tool_);
     if (!length_mm.ok()) return length_mm.status();
     spindle_length_mm_ = *length_mm;
-    position_[kZ].reset();
+    position_[kNcZ].reset();
     return absl::OkStatus();
   }
 
@@ -236,12 +234,12 @@ class Reader {
     if (sets && Holds(codes, "49")) return Wrong("one of G43 and G49");
     if (Holds(codes, "49") && added_length_mm_.has_value()) {
       added_length_mm_.reset();
-      position_[kZ].reset();  // some controls move by the length, others with the next Z
+      position_[kNcZ].reset();  // some controls move by the length, others with the next Z
     }
     if (!sets) return absl::OkStatus();
     const absl::StatusOr<double> length_mm = LengthOf('H', *number);
     if (!length_mm.ok()) return length_mm.status();
-    if (added_length_mm_ != *length_mm) position_[kZ].reset();
+    if (added_length_mm_ != *length_mm) position_[kNcZ].reset();
     added_length_mm_ = *length_mm;
     // A program that does not say what is in the spindle has the tool that it takes the length of.
     if (!spindle_length_mm_.has_value()) spindle_length_mm_ = *length_mm;
@@ -298,7 +296,7 @@ class Reader {
     if (!moves_axes) return target_.empty() ? absl::OkStatus() : Wrong("a word of an axis in a marked block");
     NcMove move{line_,     feed_,     arc_,  by_steps_,          false, target_,
                 position_, position_, rate_, path_tolerance_mm_, false, motion_said_};
-    for (std::size_t i = 0; i < kAxes; ++i) {
+    for (std::size_t i = 0; i < kNcAxisCount; ++i) {
       if (!said[i].has_value()) continue;
       const double value = *said[i] * (inches_ && i < 3 ? kMmPerInch : 1);
       std::optional<double>& to = move.to[i];
@@ -307,7 +305,7 @@ class Reader {
         continue;
       }
       to = value + (in_machine ? 0 : offset_[i]);
-      if (i != kZ) continue;
+      if (i != kNcZ) continue;
       if (const std::optional<double> tip = TipLess(in_machine); tip.has_value())
         to = *to + *tip;
       else
@@ -326,21 +324,21 @@ class Reader {
         return Wrong("G28 and G30 of all axes, or by no step (G91 G28 Z0): else they go over a point first");
     NcMove move{line_,     false,     false, by_steps_,          false, "",
                 position_, position_, rate_, path_tolerance_mm_, false, motion_said_};
-    for (std::size_t i = 0; i < kAxes; ++i)
+    for (std::size_t i = 0; i < kNcAxisCount; ++i)
       if (said[i].has_value() || !Says(said)) move.to[i].reset();
     position_ = move.to;
     moves.push_back(std::move(move));
     return absl::OkStatus();
   }
 
-  const std::array<std::string, kAxes> axes_;
+  const std::array<std::string, kNcAxisCount> axes_;
   const NcFrame& frame_;
   int line_ = 0;
   std::string text_;
   std::string target_;                               // of a marker whose block is still to come, or has come
   bool transformed_ = false, on_part_said_ = false;  // TRAORI, ORIWKS
   bool feed_ = true, motion_said_ = false, arc_ = false, by_steps_ = false, inches_ = false, ended_ = false;
-  std::array<double, kAxes> offset_{};
+  std::array<double, kNcAxisCount> offset_{};
   std::optional<double> chosen_tool_, spindle_length_mm_;  // where lengths are stated: by T, and of what M6 or G43 took
   std::optional<double> added_length_mm_;                  // G43; none: G49
   std::optional<double> rate_;
@@ -352,7 +350,7 @@ class Reader {
 
 bool OnlyZ(const NcMove& move) {
   for (std::size_t i = 0; i < move.to.size(); ++i)
-    if (i != kZ && move.from[i] != move.to[i]) return false;
+    if (i != kNcZ && move.from[i] != move.to[i]) return false;
   return true;
 }
 

@@ -15,7 +15,8 @@ namespace sixpoint::metrology {
 
 // The tip's X, Y, Z in mm and the machine's two rotary axes in deg, as commanded, machine coordinates; none where the program does
 // not say.
-using NcPosition = std::array<std::optional<double>, 5>;
+inline constexpr std::size_t kNcAxisCount = 5, kNcZ = 2;
+using NcPosition = std::array<std::optional<double>, kNcAxisCount>;
 
 // A block that moves axes, or switches an output on where they stand.
 struct NcMove {

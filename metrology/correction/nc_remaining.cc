@@ -13,8 +13,6 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr std::size_t kZ = 2;
-
 absl::Status NotDivisible(int line, const std::string& why) {
   return absl::FailedPreconditionError("nc_program: line " + std::to_string(line) + ": " + why);
 }
@@ -112,7 +110,7 @@ class Divider {
   void StandAfter(std::size_t line) {
     for (const NcWord& word : lines_[line].words)
       if (word.address == "M" && (word.value == "6" || word.value == "06")) height_mm_.reset();  // another tool's tip
-    for (const NcMove* move : MovesAt(line)) height_mm_ = move->to[kZ];
+    for (const NcMove* move : MovesAt(line)) height_mm_ = move->to[kNcZ];
   }
 
   // A hole's blocks, from its marker to where it is last worked at, with the waits and outputs that follow at once. Of what comes
@@ -142,12 +140,12 @@ class Divider {
     }
     for (std::size_t i = worked; i < past; ++i) {
       const auto& moves = MovesAt(i);
-      const bool only_z = moves.size() == 1 && OnlyZ(*moves[0]) && moves[0]->from[kZ] != moves[0]->to[kZ] &&
-                          moves[0]->to[kZ].has_value();
+      const bool only_z = moves.size() == 1 && OnlyZ(*moves[0]) && moves[0]->from[kNcZ] != moves[0]->to[kNcZ] &&
+                          moves[0]->to[kNcZ].has_value();
       if (only_z && !height_mm_.has_value())
         return NotDivisible(static_cast<int>(i) + 1,
                             "a retract from where nobody knows, want Z raised before " + lines_[first].marker);
-      if (only_z && *moves[0]->to[kZ] <= *height_mm_) {
+      if (only_z && *moves[0]->to[kNcZ] <= *height_mm_) {
         if (const auto needed = Needed(lines_[i]))
           return NotDivisible(static_cast<int>(i) + 1, *needed + " in a retract");
         keep_[i] = false;
@@ -192,7 +190,7 @@ class Divider {
   bool TurnsOnly(std::size_t line) const {
     if (lines_[line].marker.empty()) return false;
     const std::array<bool, 5> said = SaidIn(lines_[line], axis_words_);
-    return !said[0] && !said[1] && !said[kZ] && (said[3] || said[4]);
+    return !said[0] && !said[1] && !said[kNcZ] && (said[3] || said[4]);
   }
 
   const std::vector<NcLine>& lines_;

@@ -7,12 +7,11 @@
 #include <cstdio>
 #include <string>
 
+#include "metrology/frames/angles.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
-
-constexpr double kDeg = 180 / 3.14159265358979323846;
 
 std::string Text(const char* format, double first, double second = 0, double third = 0, double fourth = 0) {
   char buffer[256];
@@ -31,16 +30,16 @@ TwoTurns TurnsOf(const RotaryAxes& axes) { return {axes.a.direction.normalized()
 absl::Status Unreachable(const Eigen::Vector3d& v, double miss_rad) {
   return absl::OutOfRangeError(
       Text("axis_in_zero: (%.6f, %.6f, %.6f), want a direction that A and B can turn onto +Z", v.x(), v.y(), v.z()) +
-      Text(" (unreachable: %.6f deg off at best)", miss_rad * kDeg));
+      Text(" (unreachable: %.6f deg off at best)", miss_rad * kDegPerRad));
 }
 
 absl::Status NotWithin(const RotaryLimits& limits, const TurnBranches& branches) {
   const TurnAngles &one = branches.angles.front(), &last = branches.angles[branches.count == 2 ? 1 : 0];
-  return absl::OutOfRangeError(Text("a_deg, b_deg: %.6f, %.6f", one.first_rad * kDeg, one.second_rad * kDeg) +
-                               Text(" or %.6f, %.6f, want a", last.first_rad * kDeg, last.second_rad * kDeg) +
-                               Text(" within %g..%g and b within %g..%g", limits.a_minimum_rad * kDeg,
-                                    limits.a_maximum_rad * kDeg, limits.b_minimum_rad * kDeg,
-                                    limits.b_maximum_rad * kDeg));
+  return absl::OutOfRangeError(
+      Text("a_deg, b_deg: %.6f, %.6f", one.first_rad * kDegPerRad, one.second_rad * kDegPerRad) +
+      Text(" or %.6f, %.6f, want a", last.first_rad * kDegPerRad, last.second_rad * kDegPerRad) +
+      Text(" within %g..%g and b within %g..%g", limits.a_minimum_rad * kDegPerRad, limits.a_maximum_rad * kDegPerRad,
+           limits.b_minimum_rad * kDegPerRad, limits.b_maximum_rad * kDegPerRad));
 }
 
 }  // namespace

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kTurn = 2 * 3.14159265358979323846;
-
 void AddBends(const AxisPositioning& positioning, double from_rad, double to_rad, std::vector<double>* bends) {
   if (!positioning.table || from_rad == to_rad) return;
-  const double step_rad = kTurn / static_cast<double>(positioning.table->forward_rad.size());
+  const double step_rad = kTurn_rad / static_cast<double>(positioning.table->forward_rad.size());
   const double low_rad = std::fmin(from_rad, to_rad), high_rad = std::fmax(from_rad, to_rad);
   for (double knot = std::ceil(low_rad / step_rad); knot * step_rad < high_rad; ++knot) {
     const double share = (knot * step_rad - from_rad) / (to_rad - from_rad);

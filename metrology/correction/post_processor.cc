@@ -1,5 +1,7 @@
 #include "metrology/correction/post_processor.h"
 
+#include <absl/strings/ascii.h>
+
 #include <algorithm>
 #include <cctype>
 #include <map>
@@ -12,10 +14,8 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr std::array<const char*, 5> kAxes = {"x", "y", "z", "a", "b"};
-constexpr char kDirection[] = "v";
-
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+constexpr std::array<const char*, 5> kAxisPlaceholders = {"x", "y", "z", "a", "b"};
+constexpr char kDirectionPlaceholder[] = "v";
 
 // A section, what it is called, and which texts its place has.
 struct Section {
@@ -45,7 +45,7 @@ const Section& SectionOf(const std::string PostProcessor::*text) {
   return *std::find_if(Sections().begin(), Sections().end(), [&](const Section& one) { return one.text == text; });
 }
 
-std::vector<std::string> LinesOf(const std::string& text) {
+std::vector<std::string> TextLines(const std::string& text) {
   std::vector<std::string> lines;
   for (std::size_t begin = 0, end = 0; begin < text.size(); begin = end + 1) {
     end = std::min(text.find('\n', begin), text.size());
@@ -55,13 +55,13 @@ std::vector<std::string> LinesOf(const std::string& text) {
 }
 
 // A line apart: plain text, and what stands in braces.
-struct Piece {
+struct LinePiece {
   bool braced = false;
   std::string text;
 };
 // None: a brace is not closed, or not opened.
-std::optional<std::vector<Piece>> PiecesOf(const std::string& line) {
-  std::vector<Piece> pieces;
+std::optional<std::vector<LinePiece>> PiecesOf(const std::string& line) {
+  std::vector<LinePiece> pieces;
   for (std::size_t at = 0; at < line.size();) {
     const std::size_t open = line.find_first_of("{}", at);
     if (open != at) pieces.push_back({false, line.substr(at, open - at)});
@@ -75,8 +75,8 @@ std::optional<std::vector<Piece>> PiecesOf(const std::string& line) {
 }
 
 int AxisOf(const std::string& braced) {
-  const auto found = std::find(kAxes.begin(), kAxes.end(), braced);
-  return found == kAxes.end() ? -1 : static_cast<int>(found - kAxes.begin());
+  const auto found = std::find(kAxisPlaceholders.begin(), kAxisPlaceholders.end(), braced);
+  return found == kAxisPlaceholders.end() ? -1 : static_cast<int>(found - kAxisPlaceholders.begin());
 }
 
 // The axis whose word it is, with a value; empty: none.
@@ -101,8 +101,8 @@ std::vector<std::string> WordsOf(const std::string& text) {
 }
 
 // Beside words of a hole: a value of an axis would be replaced as theirs are, and a comment would hide the marker.
-absl::Status CheckBesideWords(const PostProcessor& post, const std::string& at, const std::vector<Piece>& pieces) {
-  for (const Piece& piece : pieces) {
+absl::Status CheckBesideWords(const PostProcessor& post, const std::string& at, const std::vector<LinePiece>& pieces) {
+  for (const LinePiece& piece : pieces) {
     if (piece.braced) continue;
     if (piece.text.find(';') != std::string::npos) return Refuse(at, piece.text, "comments in lines of their own");
     for (const std::string& word : WordsOf(piece.text))
@@ -124,9 +124,9 @@ absl::Status CheckLine(const PostProcessor& post, const Section& section, const 
   const auto pieces = PiecesOf(line);
   if (!pieces) return Refuse(at, line, "each { with its }");
   std::set<std::string> words;
-  for (const Piece& piece : *pieces) {
+  for (const LinePiece& piece : *pieces) {
     if (!piece.braced) continue;
-    const bool is_word = AxisOf(piece.text) >= 0 || piece.text == kDirection;
+    const bool is_word = AxisOf(piece.text) >= 0 || piece.text == kDirectionPlaceholder;
     if (!is_word && section.texts.count(piece.text) == 0)
       return Refuse(at, "{" + piece.text + "}", "what there is in " + std::string(section.name));
     if (is_word && !section.has_words) return Refuse(at, "{" + piece.text + "}", "no words of a hole or pose here");
@@ -134,7 +134,7 @@ absl::Status CheckLine(const PostProcessor& post, const Section& section, const 
   }
   if (!words.empty())
     if (absl::Status beside = CheckBesideWords(post, at, *pieces); !beside.ok()) return beside;
-  if (words.count(kDirection) == 0) return absl::OkStatus();
+  if (words.count(kDirectionPlaceholder) == 0) return absl::OkStatus();
   if (!post.directions) return Refuse(at, "{v}", "a control that has directions");
   if (section.text != &PostProcessor::path_pose) return Refuse(at, "{v}", "it in path_pose alone");
   if (words != std::set<std::string>{"v", "x", "y", "z"}) return Refuse(at, line, "{x}, {y} and {z} beside {v}");
@@ -144,12 +144,12 @@ absl::Status CheckLine(const PostProcessor& post, const Section& section, const 
 absl::Status CheckWords(const PostProcessor& post) {
   Refusals refusals;
   std::set<std::string> seen;
-  for (std::size_t i = 0; i < kAxes.size(); ++i) {
+  for (std::size_t i = 0; i < kAxisPlaceholders.size(); ++i) {
     const std::string& word = post.axis_words[i];
-    const std::string at = std::string("axis_words.") + kAxes[i];
+    const std::string at = std::string("axis_words.") + kAxisPlaceholders[i];
     const bool letter = !word.empty() && word[0] >= 'A' && word[0] <= 'Z' &&
                         std::string("DFGHIJKLMNOPQRST").find(word[0]) == std::string::npos;
-    const bool number = word.size() <= 3 && std::all_of(word.begin() + !word.empty(), word.end(), IsDigit);
+    const bool number = word.size() <= 3 && std::all_of(word.begin() + !word.empty(), word.end(), absl::ascii_isdigit);
     if (!letter || !number)
       refusals.Add(Refuse(at, word, "A to C, E, U to Z, or one of them with a number such as C1"));
     if (!seen.insert(word).second) refusals.Add(Refuse(at, word, "a word that no other axis has"));
@@ -232,7 +232,7 @@ class Writer {
 
   absl::Status Add(const std::string PostProcessor::*text, const Place& place) {
     int number = 0;
-    for (const std::string& line : LinesOf(post_.*text))
+    for (const std::string& line : TextLines(post_.*text))
       if (absl::Status status =
               AddLine(std::string(SectionOf(text).name) + " line " + std::to_string(++number), line, place);
           !status.ok())
@@ -241,17 +241,17 @@ class Writer {
   }
 
   absl::Status AddLine(const std::string& at, const std::string& line, const Place& place) {
-    const std::optional<std::vector<Piece>> pieces = PiecesOf(line);  // it was let pass
+    const std::optional<std::vector<LinePiece>> pieces = PiecesOf(line);  // it was let pass
     std::string text;
     bool marked = false;
     const auto blank = [&] { return text.empty() || text.back() == ' '; };
-    for (const Piece& piece : pieces.value_or(std::vector<Piece>())) {
+    for (const LinePiece& piece : pieces.value_or(std::vector<LinePiece>())) {
       if (!piece.braced) {
         text += piece.text;
       } else if (const int axis = AxisOf(piece.text); axis >= 0) {
         text += (blank() ? "" : " ") + Word(post_.axis_words[static_cast<std::size_t>(axis)], Decimals(axis));
         marked = true;
-      } else if (piece.text == kDirection) {
+      } else if (piece.text == kDirectionPlaceholder) {
         for (const char* const word : {"A3", "B3", "C3"})
           text += (blank() ? "" : " ") + Word(word, post_.direction_decimals);
         marked = true;
@@ -268,7 +268,7 @@ class Writer {
   }
 
   absl::Status Append(const std::string& text, const std::string& mark) {
-    const bool has_number = text.size() > 1 && IsDigit(text[1]) && (text[0] == 'N' || text[0] == 'O');
+    const bool has_number = text.size() > 1 && absl::ascii_isdigit(text[1]) && (text[0] == 'N' || text[0] == 'O');
     if (post_.number_step > 0 && std::isalpha(static_cast<unsigned char>(text[0])) != 0 && !has_number) {
       program += "N" + std::to_string(next_) + " ";
       next_ += post_.number_step;
@@ -356,7 +356,7 @@ absl::Status CheckPostProcessor(const PostProcessor& post) {
       refusals.Add(
           Refuse(section.name, std::to_string(text.size()) + " bytes", "at most " + std::to_string(kMostSectionBytes)));
     int number = 0;
-    for (const std::string& line : LinesOf(text.substr(0, kMostSectionBytes)))
+    for (const std::string& line : TextLines(text.substr(0, kMostSectionBytes)))
       refusals.Add(CheckLine(post, section, std::string(section.name) + " line " + std::to_string(++number), line));
   }
   return refusals.status();

@@ -5,10 +5,11 @@
 #include <cstdio>
 #include <limits>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kDeg = 180 / 3.14159265358979323846;
 constexpr double kCoverage = 2;        // of an axis's standard uncertainty
 constexpr double kMostFigure = 1e299;  // a figure that no number holds
 constexpr double kLimitSlack = 1e-9;   // of a limit: what text and back may change
@@ -146,17 +147,17 @@ std::vector<GateCheck> JudgeHoles(const std::vector<NominalHoleGroup>& groups,
   Worst start(GateCheckKind::kStartUncertainty), axis(GateCheckKind::kAxisUncertainty);
   for (std::size_t i = 0; i < groups.size() && i < corrected.size(); ++i) {
     const CorrectedHoleGroup& group = corrected[i];
-    const double rotation_deg = limits.rotation_rad * kDeg;
-    change.Look(axes[0] + " in " + group.name, kDeg * std::abs(group.corrected.a_rad - group.nominal.a_rad),
+    const double rotation_deg = limits.rotation_rad * kDegPerRad;
+    change.Look(axes[0] + " in " + group.name, kDegPerRad * std::abs(group.corrected.a_rad - group.nominal.a_rad),
                 rotation_deg);
-    change.Look(axes[1] + " in " + group.name, kDeg * std::abs(group.corrected.b_rad - group.nominal.b_rad),
+    change.Look(axes[1] + " in " + group.name, kDegPerRad * std::abs(group.corrected.b_rad - group.nominal.b_rad),
                 rotation_deg);
     // Both axes turn the direction: their errors may add.
     axis.Look(group.name,
-              kDeg * (group.tilt_rad + kCoverage * std::hypot(group.a_standard_uncertainty_rad,
-                                                              group.b_standard_uncertainty_rad,
-                                                              group.tilt_standard_uncertainty_rad)),
-              limits.uncertainty_share * groups[i].inclination_tolerance_rad * kDeg);
+              kDegPerRad * (group.tilt_rad + kCoverage * std::hypot(group.a_standard_uncertainty_rad,
+                                                                    group.b_standard_uncertainty_rad,
+                                                                    group.tilt_standard_uncertainty_rad)),
+              limits.uncertainty_share * groups[i].inclination_tolerance_rad * kDegPerRad);
     for (const CorrectedHole& hole : group.holes) {
       const std::string name = group.name + "/" + hole.name;
       shift.Look(name, (hole.start_mm - hole.nominal_start_mm).norm(), limits.translation_mm);

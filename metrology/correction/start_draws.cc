@@ -6,6 +6,7 @@
 #include <random>
 
 #include "metrology/correction/start_uncertainty.h"
+#include "metrology/frames/angles.h"
 #include "metrology/kinematics/linear_axes.h"
 #include "metrology/linear_algebra/symmetric.h"
 #include "metrology/parallel/loops.h"
@@ -14,7 +15,7 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846, kProbability = 0.95;
+constexpr double kProbability = 0.95;
 constexpr std::size_t kChunk = 250;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -74,10 +75,10 @@ struct Change {
   }
 };
 
-class Chain {
+class DrawnChain {
  public:
-  Chain(const NominalHoleGroup& group, const CorrectedHoleGroup& corrected, const RegisteredPose& pose,
-        const RotaryAxes& axes, const Drilling& drilling, const DrawnAngles& angles)
+  DrawnChain(const NominalHoleGroup& group, const CorrectedHoleGroup& corrected, const RegisteredPose& pose,
+             const RotaryAxes& axes, const Drilling& drilling, const DrawnAngles& angles)
       : group_(group),
         corrected_(corrected),
         pose_(pose),
@@ -126,7 +127,7 @@ struct Drawn {
   std::vector<std::vector<double>> sums_mm2;
 };
 
-Drawn DrawSome(const Chain& chain, const std::vector<Cause>& causes, std::size_t holes, std::size_t begin,
+Drawn DrawSome(const DrawnChain& chain, const std::vector<Cause>& causes, std::size_t holes, std::size_t begin,
                std::size_t end, std::uint64_t seed) {
   std::seed_seq seeds{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
                       static_cast<std::uint32_t>(begin)};
@@ -195,7 +196,7 @@ absl::StatusOr<std::vector<DrawnStart>> DrawStarts(const NominalHoleGroup& group
   if (corrected.name != group.name || corrected.holes.size() != group.holes.size())
     return Refuse("corrected", corrected.name, "the correction of group " + group.name);
   if (absl::Status finite = CheckFinite(pose); !finite.ok()) return finite;
-  const Chain chain(group, corrected, pose, axes, drilling, angles);
+  const DrawnChain chain(group, corrected, pose, axes, drilling, angles);
   const std::vector<Cause> causes = CausesOf(pose, corrected, drilling);
   const auto drawn = OfEachChunk<Drawn>(
       static_cast<std::size_t>(options.count), kChunk, options.threads, [&](std::size_t begin, std::size_t end) {

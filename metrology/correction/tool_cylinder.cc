@@ -10,14 +10,14 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kMouthSlack = 1.25;   // curved surfaces rise above the plane that touches them
-constexpr double kLeastCosine = 0.25;  // between axis and normal: beyond 75.5 deg a hole has no mouth that ends
-constexpr double kMostSteps = 10'000;  // up a tool
+constexpr double kMouthSlack = 1.25;         // curved surfaces rise above the plane that touches them
+constexpr double kLeastCosine = 0.25;        // between axis and normal: beyond 75.5 deg a hole has no mouth that ends
+constexpr double kMostStepsUpTool = 10'000;  // up a tool
 
 // The least distance of the axis from the surface, less the radius, from the mouth to the holder; the first that is too little.
 double ClearanceOf(const ToolCylinder& tool, const Surface& surface, double clearance_mm) {
   const double needed_mm = tool.radius_mm + clearance_mm;
-  const double least_step_mm = std::max(needed_mm / 20, tool.length_mm / kMostSteps);
+  const double least_step_mm = std::max(needed_mm / 20, tool.length_mm / kMostStepsUpTool);
   double least_mm = std::numeric_limits<double>::infinity();
   // On by what is free: nothing can be nearer there. The holder's end is looked at, too.
   for (double height_mm = MouthHeight_mm(tool, clearance_mm); height_mm <= tool.length_mm;) {

@@ -48,7 +48,7 @@ Eigen::VectorXd Commands(double a_rad, double b_rad) {
 }
 
 // The path with everything that decides its commands.
-struct Chain {
+struct PathChain {
   const NominalToolPath& path;
   const RegisteredPose& pose;
   const RotaryAxes& axes;
@@ -172,7 +172,7 @@ absl::StatusOr<CorrectedToolPath> CorrectToolPath(const NominalToolPath& path, c
   if (absl::Status status = Check(path); !status.ok()) return status;
   if (absl::Status status = CheckFinite(pose); !status.ok()) return status;
   const std::string prefix = "paths[" + path.name + "].";
-  const Chain chain{path, pose, axes, axes.Growth(drilling.stretch), steps, letters, keep_going};
+  const PathChain chain{path, pose, axes, axes.Growth(drilling.stretch), steps, letters, keep_going};
   const auto solved = chain.Solve(pose.zero_from_part, axes, path.nominal, limits, 1);
   if (!solved.ok()) return UnderField(prefix, solved.status());
   const auto nominal = chain.Solve(zero_from_part_nominal, axes, path.nominal, kUnlimited, 1);

@@ -40,7 +40,7 @@ absl::Status Check(const NominalToolPath& path, const CorrectedToolPath& correct
 }
 
 // Of the way, and of the tool's length; what is looked at is its middle.
-struct Piece {
+struct PathPiece {
   double from_share, to_share, low_mm, high_mm;
   double here_mm = 0, along_mm = 0,
          up_mm = 0;  // clearance in the middle, and by what the tool moves from there at most
@@ -49,16 +49,16 @@ struct Piece {
   double Share() const { return (from_share + to_share) / 2; }
   double HeightMm() const { return (low_mm + high_mm) / 2; }
   // Of a heap: what may be nearest comes first, and of two alike the older one.
-  bool operator<(const Piece& other) const {
+  bool operator<(const PathPiece& other) const {
     return std::pair(AtLeastMm(), number) > std::pair(other.AtLeastMm(), other.number);
   }
 };
 
-class Clearances {
+class PathClearances {
  public:
   // outside: the part beside the mouth; null where nothing of it is within the tool's reach.
-  Clearances(const Eigen::Affine3d& part_from_zero, const PathTool& tool, double clearance_mm, const Surface* outside,
-             const std::function<bool()>& keep_going)
+  PathClearances(const Eigen::Affine3d& part_from_zero, const PathTool& tool, double clearance_mm,
+                 const Surface* outside, const std::function<bool()>& keep_going)
       : part_from_zero_(part_from_zero),
         tool_(tool),
         clearance_mm_(clearance_mm),
@@ -68,9 +68,9 @@ class Clearances {
   absl::StatusOr<PathClearance> Of(const PathMotion& motion, int from) {
     constexpr int kMostLooks = 20'000;
     PathClearance least{from, std::numeric_limits<double>::infinity(), 0, 0};
-    std::vector<Piece> pieces;  // a heap
+    std::vector<PathPiece> pieces;  // a heap
     int looks = 0;
-    const auto look = [&](Piece piece) {
+    const auto look = [&](PathPiece piece) {
       Look(motion, &piece);
       piece.number = looks++;
       if (piece.here_mm < least.clearance_mm) least = {from, piece.here_mm, piece.Share(), piece.HeightMm()};
@@ -84,7 +84,7 @@ class Clearances {
       if (looks % 256 < 2 && keep_going_ && !keep_going_())
         return absl::CancelledError("clearance of a path: the caller went away");
       std::pop_heap(pieces.begin(), pieces.end());
-      const Piece piece = pieces.back();
+      const PathPiece piece = pieces.back();
       pieces.pop_back();
       const bool fails = least.clearance_mm < clearance_mm_;
       if (piece.AtLeastMm() >= (fails ? least.clearance_mm - kTold_mm : clearance_mm_)) break;
@@ -92,7 +92,7 @@ class Clearances {
         if (!fails) least = {from, piece.AtLeastMm(), piece.Share(), piece.HeightMm()};
         break;
       }
-      Piece first = piece, second = piece;
+      PathPiece first = piece, second = piece;
       if (piece.up_mm >= piece.along_mm)
         first.high_mm = second.low_mm = piece.HeightMm();
       else
@@ -109,7 +109,7 @@ class Clearances {
   }
 
  private:
-  void Look(const PathMotion& motion, Piece* piece) const {
+  void Look(const PathMotion& motion, PathPiece* piece) const {
     constexpr double kWarmth = 1.001;  // a mm of zero is so much of the part's at most
     const double speed_mm = std::fmax(motion.RatesBetween(piece->from_share, piece->to_share, piece->low_mm).speed_mm,
                                       motion.RatesBetween(piece->from_share, piece->to_share, piece->high_mm).speed_mm);
@@ -155,7 +155,7 @@ absl::StatusOr<std::vector<PathClearance>> MeasurePathClearances(
   const auto outside = Outside(path, tool, limits, surface, keep_going);
   if (!outside.ok()) return outside.status();
   const Eigen::Affine3d part_from_zero = pose.zero_from_part.inverse() * axes.Growth(drilling.stretch).inverse();
-  Clearances clearances(part_from_zero, tool, limits.clearance_mm, outside->get(), keep_going);
+  PathClearances clearances(part_from_zero, tool, limits.clearance_mm, outside->get(), keep_going);
   std::vector<PathClearance> found;
   const std::size_t steps = std::max<std::size_t>(1, corrected.poses.size() - 1);
   for (std::size_t i = 0; i < steps; ++i) {

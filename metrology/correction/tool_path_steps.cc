@@ -7,6 +7,7 @@
 
 #include "metrology/correction/path_motion.h"
 #include "metrology/correction/segment_distance.h"
+#include "metrology/frames/angles.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
@@ -14,7 +15,6 @@ namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDegPerRad = 180 / 3.14159265358979323846;
 
 // Of a unit direction from the cone that two others span: the sine of its angle from the shortest turn between them.
 double SineFromTurn(const Vector3d& direction, const Vector3d& from, const Vector3d& to) {

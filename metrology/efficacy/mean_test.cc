@@ -17,9 +17,9 @@ double SquaredDistance(const Eigen::MatrixXd& covariance, const Eigen::VectorXd&
   return x.dot(floored.ldlt().solve(x));
 }
 
-double SquareSum(const Eigen::MatrixXd& m) { return (m * m).trace() + m.trace() * m.trace(); }
-
 }  // namespace
+
+double SquareSum(const Eigen::MatrixXd& m) { return (m * m).trace() + m.trace() * m.trace(); }
 
 MeanTest TestMean(const std::vector<Eigen::VectorXd>& values, const std::optional<CommonCovariance>& common) {
   MeanTest test;

@@ -25,6 +25,9 @@ struct CommonCovariance {
   double degrees_of_freedom = 1;
 };
 
+// tr(m m) + tr(m)^2, by which Nel and van der Merwe weigh degrees of freedom.
+double SquareSum(const Eigen::MatrixXd& m);
+
 // Of vectors of the same size, one or more. What varies less than 1e-9 of its unit counts as varying by that. v is n - 1; with a common
 // covariance that of Nel and van der Merwe (1986), in which case the rest of MeanTest is that of the values alone.
 MeanTest TestMean(const std::vector<Eigen::VectorXd>& values,

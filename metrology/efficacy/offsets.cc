@@ -32,8 +32,6 @@ HoleEffect EffectOf(const std::vector<SeenBlade>& blades, const std::vector<int>
   return effect;
 }
 
-double SquareSum(const Eigen::MatrixXd& m) { return (m * m).trace() + m.trace() * m.trace(); }
-
 // What the holes' own deviations leave uncertain of the mean of all blades' estimates; its rows from there on.
 CommonCovariance CovarianceOf(const BladeEstimates& estimates, const HoleEffect& position, const HoleEffect& direction,
                               Eigen::Index from, Eigen::Index count) {

@@ -36,12 +36,6 @@ std::vector<std::size_t> NearWall(const NominalPin& hole, const Points& points_i
   return near;
 }
 
-std::string Text(const char* format, double value, double wanted) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof buffer, format, value, wanted);
-  return buffer;
-}
-
 }  // namespace
 
 HoleRegion BoreRegionOf(const NominalPin& hole, double reach_mm, const PinLimits& pin, const BoreLimits& limits) {
@@ -55,12 +49,13 @@ PinFit FitBore(const NominalPin& hole, const Points& points_in_part_mm, const Pi
   PinFit fit;
   fit.point_count = static_cast<int>(points_in_part_mm.size());
   if (!(hole.hole_diameter_mm > limits.narrowest_mm)) {
-    fit.reason = Text("a bore of %g mm is too narrow to be seen into, want more than %g", hole.hole_diameter_mm,
-                      limits.narrowest_mm);
+    fit.reason = ReasonText("a bore of %g mm is too narrow to be seen into, want more than %g", hole.hole_diameter_mm,
+                            limits.narrowest_mm);
     return fit;
   }
   if (fit.point_count < limits.least_point_count) {
-    fit.reason = Text("%.0f points inside of the hole, want at least %.0f", fit.point_count, limits.least_point_count);
+    fit.reason =
+        ReasonText("%.0f points inside of the hole, want at least %.0f", fit.point_count, limits.least_point_count);
     return fit;
   }
   NominalPin bore = hole;

@@ -5,13 +5,13 @@
 #include <optional>
 #include <vector>
 
+#include "metrology/frames/angles.h"
 #include "metrology/linear_algebra/least_squares.h"
 #include "metrology/statistics/distributions.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr std::size_t kSectors = 12,
                       kLayers = 10;  // cells, and blocks of two by two of them: a wave may be longer than a cell
 constexpr int kLeastPoints = 5;      // of a cell, for its mean

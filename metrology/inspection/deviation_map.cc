@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "metrology/inspection/stated_value.h"
 #include "metrology/linear_algebra/symmetric.h"
 #include "metrology/parallel/loops.h"
 
@@ -15,9 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kTurn = 8192;  // of a batch's order: sums do not depend on the number of threads
 constexpr double kBin_mm = 1e-4;
-constexpr double kProbability = 0.95;
 constexpr double kMostPatchesOfRadius = 4;
 constexpr float kNoDeviation = std::numeric_limits<float>::quiet_NaN();
 
@@ -173,7 +172,7 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
   Piece piece;
   Points& in_part_mm = piece.in_part_mm;
   in_part_mm.resize(points_mm.size());
-  ForEachChunk(points_mm.size(), kTurn, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+  ForEachChunk(points_mm.size(), kMappedAtOnce, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) in_part_mm[i] = mapping_.PartPoint(points_mm[i], place);
   });
   piece.deviations_mm.assign(points_mm.size(), kNoDeviation);
@@ -184,8 +183,8 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
         for (std::size_t i = 0; i < count; ++i) points[i] = in_part_mm[indices[i]];
       },
       options_.farthest_mm, options_.threads);
-  piece.parts =
-      OfEachChunk<Piece::Part>(points_mm.size(), kTurn, options_.threads, [&](std::size_t from, std::size_t to) {
+  piece.parts = OfEachChunk<Piece::Part>(
+      points_mm.size(), kMappedAtOnce, options_.threads, [&](std::size_t from, std::size_t to) {
         Piece::Part part;
         if (!(*keep_going)()) return part;
         PatchKey last = 0;
@@ -282,7 +281,7 @@ void ExpandDeviation(const DeviationCauses& causes, const Eigen::Ref<const Eigen
   patch->standard_uncertainty_mm = std::sqrt(variance);
   patch->degrees_of_freedom = EffectiveDegreesOfFreedom(components);
   patch->expanded_uncertainty_mm =
-      2 * WideningOf(kProbability, patch->degrees_of_freedom) * patch->standard_uncertainty_mm;
+      2 * WideningOf(kStatedProbability, patch->degrees_of_freedom) * patch->standard_uncertainty_mm;
 }
 
 std::vector<UncertaintyComponent> UsualComponents(const DeviationField& field) {

@@ -20,6 +20,9 @@ struct ScanPlace {
   double commanded_a_rad, commanded_b_rad;
 };
 
+// Points that a thread maps at a time: sums do not depend on the number of threads.
+inline constexpr std::size_t kMappedAtOnce = 8192;
+
 class PartMapping {
  public:
   // sensor and axes: those that the pose was registered with; the scans' angles are taken by its tables.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "metrology/frames/angles.h"
 #include "metrology/inspection/largest_cluster.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/linear_algebra/least_squares.h"
@@ -14,7 +15,6 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kTukey = 4.685;           // 95 % efficiency on normal noise
 constexpr double kTopMargin_mm = 0.1;      // below the pin's top: its edge is not the cylinder
 constexpr double kLeastSigma_mm = 0.5e-3;  // below any scanner's noise
@@ -76,12 +76,6 @@ Normal NormalOf(const Parameters& p, const Points& local, double sigma) {
   return normal;
 }
 
-std::string Text(const char* format, double value, double wanted) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof buffer, format, value, wanted);
-  return buffer;
-}
-
 double SigmaOf(const Parameters& p, const Points& local) {
   std::vector<double> absolute(local.size());
   for (std::size_t i = 0; i < local.size(); ++i) absolute[i] = std::abs(RadialOf(p, local[i]).distance_mm - p[4]);
@@ -119,31 +113,33 @@ std::string Settle(const Points& local, int held_step_count, Parameters* p, doub
 }
 
 // How well a pin was seen.
-struct Seen {
+struct PinSight {
   double sigma_mm, used_share, height_mm, arc_deg;
 };
 
 // Why a fitted cylinder is not taken for the hole's pin; nothing where it is.
-std::string Unfit(const Seen& seen, const PinFit& fit, const NominalPin& nominal, const PinLimits& limits) {
+std::string Unfit(const PinSight& seen, const PinFit& fit, const NominalPin& nominal, const PinLimits& limits) {
   if (seen.sigma_mm * 1e3 > limits.greatest_sigma_um)
-    return Text("residuals of the cylinder spread by %.1f um, want at most %g", seen.sigma_mm * 1e3,
-                limits.greatest_sigma_um);
+    return ReasonText("residuals of the cylinder spread by %.1f um, want at most %g", seen.sigma_mm * 1e3,
+                      limits.greatest_sigma_um);
   if (seen.used_share < limits.least_used_share)
-    return Text("%.2f of the points lie on the cylinder, want at least %g", seen.used_share, limits.least_used_share);
+    return ReasonText("%.2f of the points lie on the cylinder, want at least %g", seen.used_share,
+                      limits.least_used_share);
   const double ratio = 2 * fit.radius_mm / nominal.hole_diameter_mm;
   if (nominal.gauge) {
     const double allowed_mm =
         limits.greatest_diameter_difference_um / 1e3 +
         2 * std::hypot(nominal.gauge->diameter_standard_uncertainty_mm, 2 * std::sqrt(fit.noise_covariance(4, 4)));
     if (!(std::abs(2 * fit.radius_mm - nominal.gauge->diameter_mm) <= allowed_mm))
-      return Text("fitted diameter %.4f mm, want the gauge pin's %g mm: another pin, or none", 2 * fit.radius_mm,
-                  nominal.gauge->diameter_mm);
+      return ReasonText("fitted diameter %.4f mm, want the gauge pin's %g mm: another pin, or none", 2 * fit.radius_mm,
+                        nominal.gauge->diameter_mm);
   } else if (!(ratio >= limits.least_diameter_ratio && ratio <= limits.greatest_diameter_ratio))
-    return Text("fitted diameter %.4f mm does not fit the hole's %g mm", 2 * fit.radius_mm, nominal.hole_diameter_mm);
+    return ReasonText("fitted diameter %.4f mm does not fit the hole's %g mm", 2 * fit.radius_mm,
+                      nominal.hole_diameter_mm);
   if (seen.height_mm < limits.least_height_mm)
-    return Text("seen over %.2f mm of its length, want at least %g", seen.height_mm, limits.least_height_mm);
+    return ReasonText("seen over %.2f mm of its length, want at least %g", seen.height_mm, limits.least_height_mm);
   if (seen.arc_deg < limits.least_arc_deg)
-    return Text("%.0f deg of the circumference seen, want at least %g", seen.arc_deg, limits.least_arc_deg);
+    return ReasonText("%.0f deg of the circumference seen, want at least %g", seen.arc_deg, limits.least_arc_deg);
   return fit.noise_covariance.allFinite() ? "" : "the points do not determine a cylinder";
 }
 
@@ -210,8 +206,8 @@ PinFit FitAll(const NominalPin& nominal, const Points& points_in_part_mm, const 
     return fit;
   };
   if (fit.point_count < limits.least_point_count)
-    return refuse(
-        Text("%.0f points off the surface at the hole, want at least %.0f", fit.point_count, limits.least_point_count));
+    return refuse(ReasonText("%.0f points off the surface at the hole, want at least %.0f", fit.point_count,
+                             limits.least_point_count));
 
   // Local frame: across the nominal axis, and along it.
   Eigen::Matrix3d local_from_part;
@@ -232,8 +228,8 @@ PinFit FitAll(const NominalPin& nominal, const Points& points_in_part_mm, const 
     index.push_back(i);
   }
   if (static_cast<int>(local.size()) < limits.least_point_count)
-    return refuse(Text("%.0f points on its side, want at least %.0f", static_cast<double>(local.size()),
-                       limits.least_point_count));
+    return refuse(ReasonText("%.0f points on its side, want at least %.0f", static_cast<double>(local.size()),
+                             limits.least_point_count));
 
   Parameters p = AlgebraicCircle(local);
   double sigma = 0;
@@ -247,7 +243,7 @@ PinFit FitAll(const NominalPin& nominal, const Points& points_in_part_mm, const 
   fit.radius_mm = p[4];
   fit.seen_radius_variance_mm2 = fit.noise_covariance(4, 4);
 
-  const Seen seen{sigma, static_cast<double>(fit.used.size()) / static_cast<double>(local.size()), height_mm, arc};
+  const PinSight seen{sigma, static_cast<double>(fit.used.size()) / static_cast<double>(local.size()), height_mm, arc};
   if (std::string why = Unfit(seen, fit, nominal, limits); !why.empty()) return refuse(why);
   if (nominal.gauge) TakeDiameter(*nominal.gauge, limits, &fit);
   fit.measured = true;
@@ -255,6 +251,12 @@ PinFit FitAll(const NominalPin& nominal, const Points& points_in_part_mm, const 
 }
 
 }  // namespace
+
+std::string ReasonText(const char* format, double found, double wanted) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof buffer, format, found, wanted);
+  return buffer;
+}
 
 PinFit FitPin(const NominalPin& nominal, const Points& points_in_part_mm, const PinLimits& limits) {
   PinFit all = FitAll(nominal, points_in_part_mm, limits);

@@ -82,6 +82,9 @@ struct PinFit {
   double seen_radius_variance_mm2 = 0, radius_kept = 1;
 };
 
+// A fit's reason; format: printf's, of what was found and what is wanted.
+std::string ReasonText(const char* format, double found, double wanted);
+
 // Points of the pin and little else: off the surface, near the nominal axis. Robust (Tukey's biweight from an algebraic
 // circle); the top of the pin and what the loss rejects take no part. The pin's length need not be known, nor its diameter; a gauge
 // pin's takes part with its uncertainty, and what is seen with another diameter is not that pin.

@@ -14,7 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kTurn = 8192;
 constexpr std::size_t kSampled = 2000;
 
 struct Kept {
@@ -51,7 +50,7 @@ absl::Status PlanePoints::AddPoints(const Points& points_mm) {
   const ScanPlace& place = scans_.back();
   KeepGoing keep_going(options_.keep_going);
   const auto pieces = OfEachChunk<std::vector<Kept>>(
-      points_mm.size(), kTurn, options_.threads, [&](std::size_t begin, std::size_t end) {
+      points_mm.size(), kMappedAtOnce, options_.threads, [&](std::size_t begin, std::size_t end) {
         std::vector<Kept> kept;
         if (!keep_going()) return kept;
         for (std::size_t i = begin; i < end; ++i) {

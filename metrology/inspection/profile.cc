@@ -35,14 +35,14 @@ absl::Status Check(const DeviationField& field, const std::vector<std::uint32_t>
 }
 
 // The patches that were seen, as the zone has them.
-struct Seen {
+struct SeenPatches {
   std::vector<std::size_t> at;  // in the list asked for
   Eigen::VectorXd deviations_mm;
   Eigen::MatrixXd per_sigma_mm;
 };
 
-Seen SeenOf(const DeviationField& field, const std::vector<std::uint32_t>& patches) {
-  Seen seen;
+SeenPatches SeenOf(const DeviationField& field, const std::vector<std::uint32_t>& patches) {
+  SeenPatches seen;
   for (std::size_t i = 0; i < patches.size(); ++i)
     if (field.patches[patches[i]].mean_mm) seen.at.push_back(i);
   const auto count = static_cast<Eigen::Index>(seen.at.size());
@@ -57,7 +57,7 @@ Seen SeenOf(const DeviationField& field, const std::vector<std::uint32_t>& patch
 }
 
 // Takes the best fit off the deviations, and off what each cause does to them: what only moves the part is no form.
-Vector6d TakeMotionOff(const DeviationField& field, const std::vector<std::uint32_t>& patches, Seen* seen) {
+Vector6d TakeMotionOff(const DeviationField& field, const std::vector<std::uint32_t>& patches, SeenPatches* seen) {
   const auto count = static_cast<Eigen::Index>(seen->at.size());
   const auto patch_of = [&](Eigen::Index k) -> const SurfacePatch& {
     return field.surface->patches()[patches[seen->at[static_cast<std::size_t>(k)]]];
@@ -179,7 +179,7 @@ absl::StatusOr<ProfileFinding> JudgeProfile(const DeviationField& field, const s
   ProfileFinding finding;
   finding.deviations_mm.assign(patches.size(), kNaN);
   finding.expanded_uncertainties_mm.assign(patches.size(), kNaN);
-  Seen seen = SeenOf(field, patches);
+  SeenPatches seen = SeenOf(field, patches);
   if (tolerance.zone == ProfileZone::kForm && !seen.at.empty()) finding.motion = TakeMotionOff(field, patches, &seen);
   double area_mm2 = 0, seen_mm2 = 0;
   for (const std::uint32_t p : patches) area_mm2 += field.surface->patches()[p].area_mm2;

@@ -7,7 +7,7 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kProbability = 0.95, kNormalFactor = 1.959964;
+constexpr double kNormalFactor = 1.959964;
 
 struct Expanded {
   double uncertainty;
@@ -28,7 +28,7 @@ Expanded ExpandedBy(const ValueEffects& effects, const ValueBound& bound, double
     else
       same->variance += scale * scale * more;
   }
-  const double widening = WideningOf(kProbability, EffectiveDegreesOfFreedom(components));
+  const double widening = WideningOf(kStatedProbability, EffectiveDegreesOfFreedom(components));
   if (bound.half > 0)
     components.push_back({bound.source, std::pow(scale * bound.half, 2) / 3, std::numeric_limits<double>::infinity()});
   return {kNormalFactor * widening * std::sqrt(variance) + bound.half, BudgetOf(std::move(components))};

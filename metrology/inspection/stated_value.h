@@ -18,6 +18,8 @@ struct UncertaintyBudget {
 };
 UncertaintyBudget BudgetOf(std::vector<UncertaintyComponent> components);
 
+inline constexpr double kStatedProbability = 0.95;
+
 // Expanded uncertainties are those of 95 %, by Student's quantile (Welch and Satterthwaite).
 struct StatedLength {
   double value_mm = 0, expanded_uncertainty_mm = 0;

@@ -3,13 +3,12 @@
 #include <cmath>
 #include <string>
 
+#include "metrology/frames/angles.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
-
-constexpr double kTurn = 2 * M_PI;
 
 struct Piece {
   size_t first = 0, second = 0;
@@ -17,7 +16,7 @@ struct Piece {
 };
 
 Piece PieceAt(size_t count, double angle_rad) {
-  const double turns = angle_rad / kTurn;
+  const double turns = angle_rad / kTurn_rad;
   const double at = (turns - std::floor(turns)) * static_cast<double>(count);
   const auto first = static_cast<size_t>(at) % count;
   return {first, (first + 1) % count, at - std::floor(at)};

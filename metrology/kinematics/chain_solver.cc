@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "metrology/frames/angles.h"
 #include "metrology/kinematics/beyond_reach.h"
 #include "refusal/message_text.h"
 
@@ -12,8 +13,6 @@ namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kTurn = 2 * M_PI;
-constexpr double kDegPerRad = 180 / M_PI;
 constexpr double kLimitSlack_mm = 1e-9;  // rounding of a solved position
 constexpr double kLeastVolume = 1e-6;    // of the box that three linear joints span
 
@@ -31,8 +30,8 @@ struct Excess {
   double command = 0, beyond = 0;
 };
 Excess ExcessOf(double command_rad, const Joint& joint) {
-  const double above = command_rad + kTurn * std::ceil((joint.maximum - command_rad) / kTurn);
-  const double below = command_rad + kTurn * std::floor((joint.minimum - command_rad) / kTurn);
+  const double above = command_rad + kTurn_rad * std::ceil((joint.maximum - command_rad) / kTurn_rad);
+  const double below = command_rad + kTurn_rad * std::floor((joint.minimum - command_rad) / kTurn_rad);
   if (WithinLimits(command_rad, command_rad, joint.minimum, joint.maximum)) return {command_rad, 0};
   const Excess over{above, above - joint.maximum}, under{below, joint.minimum - below};
   return over.beyond <= under.beyond ? over : under;

@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "metrology/frames/angles.h"
 #include "metrology/kinematics/beyond_reach.h"
 #include "metrology/kinematics/trajectory_spots.h"
 #include "refusal/message_text.h"
@@ -20,16 +21,14 @@ namespace sixpoint::metrology {
 namespace {
 
 using Eigen::VectorXd;
-constexpr double kTurn = 2 * M_PI;
-constexpr double kDegPerRad = 180 / M_PI;
 constexpr double kMostTurns = 16;  // about nominal, where a trajectory may begin
 
 std::vector<double> WholeTurns(double angle_rad, double least_rad, double most_rad) {
   constexpr double kSlack_rad = 1e-12;
   std::vector<double> angles;
-  for (double k = std::ceil((least_rad - kSlack_rad - angle_rad) / kTurn);
-       angle_rad + k * kTurn <= most_rad + kSlack_rad; ++k)
-    angles.push_back(angle_rad + k * kTurn);
+  for (double k = std::ceil((least_rad - kSlack_rad - angle_rad) / kTurn_rad);
+       angle_rad + k * kTurn_rad <= most_rad + kSlack_rad; ++k)
+    angles.push_back(angle_rad + k * kTurn_rad);
   return angles;
 }
 
@@ -40,9 +39,9 @@ double Apart(const TurnAngles& one, const TurnAngles& other) {
 // Where a trajectory may begin: without limits every whole turn is as good as the nearest.
 std::vector<double> FirstTurns(double angle_rad, double near_rad, double minimum_rad, double maximum_rad) {
   if (std::isinf(minimum_rad) && std::isinf(maximum_rad))
-    return {angle_rad + kTurn * std::round((near_rad - angle_rad) / kTurn)};
-  return WholeTurns(angle_rad, std::fmax(minimum_rad, near_rad - kMostTurns * kTurn),
-                    std::fmin(maximum_rad, near_rad + kMostTurns * kTurn));
+    return {angle_rad + kTurn_rad * std::round((near_rad - angle_rad) / kTurn_rad)};
+  return WholeTurns(angle_rad, std::fmax(minimum_rad, near_rad - kMostTurns * kTurn_rad),
+                    std::fmin(maximum_rad, near_rad + kMostTurns * kTurn_rad));
 }
 
 std::vector<TurnAngles> Pairs(const std::vector<double>& firsts, const std::vector<double>& seconds) {
@@ -204,7 +203,7 @@ void Search::Step(const Layer& from, int index, size_t branch, Layer* to,
   const TurnLimits& limits = solver_.limits();
   double allowed = 0;
   for (size_t i = from.spot + 1; i <= to->spot; ++i) allowed += spots_[i].rotary_step_rad;
-  allowed = std::fmin(allowed, kMostTurns * kTurn);
+  allowed = std::fmin(allowed, kMostTurns * kTurn_rad);
   const auto near = [&](double angle_rad, double at_rad, double minimum_rad, double maximum_rad) {
     auto angles =
         WholeTurns(angle_rad, std::fmax(minimum_rad, at_rad - allowed), std::fmin(maximum_rad, at_rad + allowed));
@@ -223,7 +222,7 @@ void Search::Step(const Layer& from, int index, size_t branch, Layer* to,
       continue;
     }
     if (!Note(JumpOf(led->empty() ? start : led->back(), At(to->spot, next), to->spot)).ok()) continue;
-    const auto turns = [](double angle, double from_rad) { return std::lround((angle - from_rad) / kTurn); };
+    const auto turns = [](double angle, double from_rad) { return std::lround((angle - from_rad) / kTurn_rad); };
     const auto [at, is_new] = known->try_emplace(
         {static_cast<long>(branch), turns(angles.first_rad, base.first_rad), turns(angles.second_rad, base.second_rad)},
         to->states.size());

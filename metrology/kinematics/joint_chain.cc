@@ -3,13 +3,12 @@
 #include <cmath>
 #include <set>
 
+#include "metrology/frames/angles.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
-
-constexpr double kDegPerRad = 180 / M_PI;
 
 absl::Status CheckJoint(const Joint& joint, std::set<std::string>* axes) {
   const auto refuse = [&](const std::string& field, const std::string& value, const std::string& wanted) {

@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kLimitSlack_rad = 1e-12;
 
 double& Of(WhichTurn turn, TurnAngles& angles) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "metrology/kinematics/beyond_reach.h"
 #include "metrology/measuring_plan/travel_order.h"
 #include "metrology/parallel/keep_going.h"
@@ -15,7 +16,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kGreatestIncidence_rad = 85 * kPi / 180;
 constexpr double kGreatestDistance_mm = 1000, kGreatestBody_mm = 2000;
 constexpr std::size_t kSamples = 12'000, kDiscSamples = 300;

@@ -4,10 +4,11 @@
 #include <cmath>
 #include <optional>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kAlike_rad = 0.5 * kPi / 180;
 
 // The chain's solver counts from the part to the tool: what the bed's joint carries comes first.

@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "metrology/correction/nc_reader.h"
+#include "metrology/frames/angles.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kDegPerRad = 180 / 3.14159265358979323846;
 constexpr double kWritten = 1e-4;  // the last decimal, mm and deg
 constexpr std::size_t kZ = 2;
 

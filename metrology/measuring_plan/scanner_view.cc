@@ -3,13 +3,13 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 // Of the encoder's direction along the laser plane's normal. A scanner that is mounted turned by more scans along its own line.
 constexpr double kLeastCrossing = 0.5;
 

@@ -7,7 +7,7 @@ namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
-constexpr int kMostLooks = 20'000;
+constexpr int kMostLooksAtSurface = 20'000;
 
 TurnedBox Widened(const SensorBody& body, const Eigen::Matrix3d& axes, const Vector3d& middle_mm,
                   const Vector3d& by_mm) {
@@ -35,7 +35,7 @@ bool IsClear(const TurnedBox& box, const Surface& surface, double clearance_mm) 
   std::vector<Piece> pieces = {{Vector3d::Zero(), box.half_mm}};
   std::uint32_t hint = Surface::kNoTriangle;
   for (int looks = 0; !pieces.empty(); ++looks) {
-    if (looks >= kMostLooks) return false;
+    if (looks >= kMostLooksAtSurface) return false;
     const Piece piece = pieces.back();
     pieces.pop_back();
     const SurfacePoint nearest = surface.Closest(box.centre_mm + box.axes * piece.middle, hint);

@@ -5,12 +5,13 @@
 #include <cmath>
 #include <functional>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kSameSide = 0.5;  // cosine
 
 Vector3d AreaVector(const TriangleMesh& mesh, const TriangleCorners& corners) {

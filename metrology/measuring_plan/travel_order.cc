@@ -10,7 +10,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMostExact = 12;
 // From each start some n changes are looked for among some n^2: together no more than that, a few seconds.
 constexpr int kMostStarts = 32;
-constexpr double kMostLooks = 3.2e7;
+constexpr double kMostChangesLookedAt = 3.2e7;
 constexpr double kWorthwhile = 1e-9;  // less is rounding, and would go on for ever
 
 // Held and Karp: the best way through each set of places that ends at each of them.
@@ -145,8 +145,8 @@ std::vector<int> ShortOrder(const Eigen::MatrixXd& cost, const std::function<boo
   std::vector<int> best;
   double least = kInfinity;
   const auto going = [&] { return !keep_going || keep_going(); };
-  const int starts =
-      std::clamp(static_cast<int>(kMostLooks / (1.0 * count * count * count)), 1, std::min(count, kMostStarts));
+  const int starts = std::clamp(static_cast<int>(kMostChangesLookedAt / (1.0 * count * count * count)), 1,
+                                std::min(count, kMostStarts));
   for (int k = 0; k < starts && (k == 0 || going()); ++k) {
     std::vector<int> order = NearestNeighbours(k * count / starts, cost);
     while (going() && Improve(cost, &order)) {

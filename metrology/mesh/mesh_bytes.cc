@@ -28,8 +28,7 @@ constexpr char kMagic[] = "SIXPMESH";
 constexpr std::uint32_t kVersion = 1;
 constexpr std::uint32_t kHasNormals = 1, kHasFaces = 2, kClosed = 4, kHealed = 8, kHasGaps = 16;
 constexpr std::size_t kHeaderSize = 40;
-constexpr double kGreatestCoordinateMm = 1e7;
-constexpr std::uint64_t kGreatestTriangleCount = 1u << 28;
+constexpr std::uint64_t kGreatestStoredCount = 1u << 28;
 constexpr double kGreatestGapMm = 1;
 
 struct Header {
@@ -46,7 +45,7 @@ std::uint64_t SizeOf(const Header& header) {
   return kHeaderSize + 24 * header.vertex_count + triangle * header.triangle_count + gaps;
 }
 
-absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
+absl::Status RefuseMesh(const std::string& field, const std::string& value, const std::string& wanted) {
   return Refuse("mesh." + field, value, wanted);
 }
 
@@ -65,24 +64,26 @@ std::size_t Take(const std::string& bytes, std::size_t offset, std::size_t count
 absl::Status CheckValues(const TriangleMesh& mesh) {
   for (const Eigen::Vector3d& vertex : mesh.vertices_mm) {
     if (!vertex.allFinite() || vertex.cwiseAbs().maxCoeff() > kGreatestCoordinateMm)
-      return Bad("vertices_mm", "not finite or beyond 10 km", "finite millimetres");
+      return RefuseMesh("vertices_mm", "not finite or beyond 10 km", "finite millimetres");
   }
   for (const auto& triangle : mesh.triangles) {
     for (std::uint32_t index : triangle) {
       if (index >= mesh.vertices_mm.size())
-        return Bad("triangles", std::to_string(index), "an index below " + std::to_string(mesh.vertices_mm.size()));
+        return RefuseMesh("triangles", std::to_string(index),
+                          "an index below " + std::to_string(mesh.vertices_mm.size()));
     }
   }
   for (const auto& corners : mesh.corner_normals) {
     for (const Eigen::Vector3f& normal : corners) {
-      if (!(std::abs(normal.norm() - 1.0f) < 1e-3f)) return Bad("corner_normals", "not of length 1", "unit vectors");
+      if (!(std::abs(normal.norm() - 1.0f) < 1e-3f))
+        return RefuseMesh("corner_normals", "not of length 1", "unit vectors");
     }
   }
   if (!(mesh.healed_mm >= 0 && mesh.healed_mm <= kGreatestGapMm))
-    return Bad("healed_mm", NumberText(mesh.healed_mm), "0 to " + NumberText(kGreatestGapMm));
+    return RefuseMesh("healed_mm", NumberText(mesh.healed_mm), "0 to " + NumberText(kGreatestGapMm));
   for (const float gap : mesh.face_gaps_mm) {
     if (!(gap >= 0 && gap <= kGreatestGapMm))
-      return Bad("face_gaps_mm", NumberText(gap), "0 to " + NumberText(kGreatestGapMm));
+      return RefuseMesh("face_gaps_mm", NumberText(gap), "0 to " + NumberText(kGreatestGapMm));
   }
   return absl::OkStatus();
 }
@@ -119,18 +120,19 @@ std::string MeshBytes(const TriangleMesh& mesh) {
 
 absl::StatusOr<TriangleMesh> MeshFromBytes(const std::string& bytes) {
   if (bytes.size() < kHeaderSize || std::memcmp(bytes.data(), kMagic, 8) != 0)
-    return Bad("magic", "other bytes", "a stored mesh");
+    return RefuseMesh("magic", "other bytes", "a stored mesh");
   Header header;
   std::memcpy(&header, bytes.data() + 8, sizeof(header));
-  if (header.version != kVersion) return Bad("version", std::to_string(header.version), "1");
+  if (header.version != kVersion) return RefuseMesh("version", std::to_string(header.version), "1");
   if (header.flags > (kHasNormals | kHasFaces | kClosed | kHealed | kHasGaps))
-    return Bad("flags", std::to_string(header.flags), "0 to 31");
-  if (header.vertex_count > kGreatestTriangleCount || header.triangle_count > kGreatestTriangleCount)
-    return Bad("triangle_count", std::to_string(header.triangle_count), "at most 2^28");
+    return RefuseMesh("flags", std::to_string(header.flags), "0 to 31");
+  if (header.vertex_count > kGreatestStoredCount || header.triangle_count > kGreatestStoredCount)
+    return RefuseMesh("triangle_count", std::to_string(header.triangle_count), "at most 2^28");
   const std::uint64_t size = SizeOf(header);
-  if (bytes.size() != size) return Bad("size", std::to_string(bytes.size()), std::to_string(size) + " by its header");
+  if (bytes.size() != size)
+    return RefuseMesh("size", std::to_string(bytes.size()), std::to_string(size) + " by its header");
   if (!(header.chordal_error_um >= 0) || !std::isfinite(header.chordal_error_um))
-    return Bad("chordal_error_um", NumberText(header.chordal_error_um), ">= 0");
+    return RefuseMesh("chordal_error_um", NumberText(header.chordal_error_um), ">= 0");
 
   TriangleMesh mesh;
   mesh.chordal_error_um = header.chordal_error_um;

@@ -15,18 +15,17 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr std::size_t kBinaryHeader = 84, kBinaryTriangle = 50;
-constexpr double kGreatestCoordinateMm = 1e7;
 // ASCII takes about 250 bytes a facet; this bounds what a short file can make us hold.
-constexpr std::size_t kGreatestTriangleCount = 8'000'000;
+constexpr std::size_t kGreatestFacetCount = 8'000'000;
 
-absl::Status Bad(const std::string& field, const std::string& value, const std::string& wanted) {
+absl::Status RefuseStl(const std::string& field, const std::string& value, const std::string& wanted) {
   return Refuse("stl." + field, value, wanted);
 }
 
 absl::StatusOr<Points> ReadBinary(std::string_view bytes) {
   std::uint32_t count = 0;
   std::memcpy(&count, bytes.data() + 80, 4);
-  if (count > kGreatestTriangleCount) return Bad("triangle_count", std::to_string(count), "at most 8000000");
+  if (count > kGreatestFacetCount) return RefuseStl("triangle_count", std::to_string(count), "at most 8000000");
   Points corners;
   corners.reserve(3 * std::size_t{count});
   for (std::size_t triangle = 0; triangle < count; ++triangle) {
@@ -66,19 +65,19 @@ absl::StatusOr<Points> ReadAscii(std::string_view rest) {
     if (word == "endsolid") return corners;
     const std::string facet = "facets[" + std::to_string(corners.size() / 3) + "]";
     if (word != "facet" || NextWord(&rest) != "normal")
-      return Bad(facet, std::string(word.substr(0, 32)), "facet normal");
+      return RefuseStl(facet, std::string(word.substr(0, 32)), "facet normal");
     for (int i = 0; i < 3; ++i) NextWord(&rest);  // exporters write nan here; the normal is not used
-    if (NextWord(&rest) != "outer" || NextWord(&rest) != "loop") return Bad(facet, "no loop", "outer loop");
+    if (NextWord(&rest) != "outer" || NextWord(&rest) != "loop") return RefuseStl(facet, "no loop", "outer loop");
     for (int corner = 0; corner < 3; ++corner) {
       Eigen::Vector3d vertex;
       if (NextWord(&rest) != "vertex" || !NextNumber(&rest, &vertex.x()) || !NextNumber(&rest, &vertex.y()) ||
           !NextNumber(&rest, &vertex.z()))
-        return Bad(facet, "unreadable vertex", "vertex x y z, three times");
+        return RefuseStl(facet, "unreadable vertex", "vertex x y z, three times");
       corners.push_back(vertex);
     }
     if (NextWord(&rest) != "endloop" || NextWord(&rest) != "endfacet")
-      return Bad(facet, "not ended", "endloop endfacet");
-    if (corners.size() > 3 * kGreatestTriangleCount) return Bad("triangle_count", "more", "at most 8000000");
+      return RefuseStl(facet, "not ended", "endloop endfacet");
+    if (corners.size() > 3 * kGreatestFacetCount) return RefuseStl("triangle_count", "more", "at most 8000000");
   }
 }
 
@@ -93,11 +92,11 @@ bool IsBinary(std::string_view bytes) {
 }  // namespace
 
 absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, double unit_mm) {
-  if (!(unit_mm >= 1e-6 && unit_mm <= 1e4)) return Bad("unit_mm", NumberText(unit_mm), "1e-6 to 1e4");
+  if (!(unit_mm >= 1e-6 && unit_mm <= 1e4)) return RefuseStl("unit_mm", NumberText(unit_mm), "1e-6 to 1e4");
   const bool binary = IsBinary(bytes);
   if (!binary && bytes.substr(0, 5) != "solid")
-    return Bad("size", std::to_string(bytes.size()),
-               "84 + 50 x triangle count (binary), or a text that begins with solid");
+    return RefuseStl("size", std::to_string(bytes.size()),
+                     "84 + 50 x triangle count (binary), or a text that begins with solid");
   absl::StatusOr<Points> corners = binary ? ReadBinary(bytes) : ReadAscii(bytes);
   if (!corners.ok()) return corners.status();
 
@@ -107,11 +106,11 @@ absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, double unit_mm) {
     Eigen::Vector3d& vertex = mesh.vertices_mm[i];
     vertex *= unit_mm;
     if (!vertex.allFinite())
-      return Bad("facets[" + std::to_string(i / 3) + "].vertex", "not finite", "finite coordinates");
+      return RefuseStl("facets[" + std::to_string(i / 3) + "].vertex", "not finite", "finite coordinates");
     if (!(vertex.cwiseAbs().maxCoeff() <= kGreatestCoordinateMm))
-      return Bad("facets[" + std::to_string(i / 3) + "].vertex",
-                 "a coordinate of " + std::to_string(vertex.cwiseAbs().maxCoeff()) + " mm",
-                 "at most 1e7 mm; is unit_mm right?");
+      return RefuseStl("facets[" + std::to_string(i / 3) + "].vertex",
+                       "a coordinate of " + std::to_string(vertex.cwiseAbs().maxCoeff()) + " mm",
+                       "at most 1e7 mm; is unit_mm right?");
   }
   const std::vector<std::uint32_t> welded = Weld(0, &mesh.vertices_mm);
   std::vector<TriangleCorners> without_area;
@@ -121,7 +120,7 @@ absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, double unit_mm) {
     const Eigen::Vector3d across = (mesh.vertices_mm[triangle[1]] - a).cross(mesh.vertices_mm[triangle[2]] - a);
     (across.squaredNorm() > 0 ? mesh.triangles : without_area).push_back(triangle);
   }
-  if (mesh.triangles.empty()) return Bad("facets", "none with an area", "at least one");
+  if (mesh.triangles.empty()) return RefuseStl("facets", "none with an area", "at least one");
   if (absl::Status status = CheckOneSided(mesh); !status.ok()) return status;
   mesh.closed = IsClosed(mesh);
   if (mesh.closed && SignedVolume(mesh) < 0) TurnOver(&mesh);

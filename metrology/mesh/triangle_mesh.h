@@ -10,6 +10,8 @@
 
 namespace sixpoint::metrology {
 
+inline constexpr double kGreatestCoordinateMm = 1e7;
+
 using TriangleCorners = std::array<std::uint32_t, 3>;  // vertices
 
 struct TriangleMesh {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "metrology/frames/angles.h"
 #include "metrology/milling/point_cells.h"
 #include "metrology/parallel/loops.h"
 #include "refusal/message_text.h"
@@ -15,7 +16,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kMostAngle_deg = 75;
 // Between two places: a ball of 3 mm on a straight way cuts 0.4 um and 0.2 um deeper.
 constexpr double kPlaceSpacing_mm = 0.1, kPlaceTurn_rad = 0.02;
@@ -39,8 +39,8 @@ absl::Status Check(const std::vector<TargetSection>& target, const PathOptions& 
   positive("finish_allowance_mm", options.finish_allowance_mm, 10);
   positive("roughing_step_mm", options.roughing_step_mm, 2 * options.mill.radius_mm);
   const auto angle = [&](const char* field, double value) {
-    if (!(std::abs(value) <= kMostAngle_deg * kDegree))
-      refusals.Add(Refuse(field, value, "within " + Rounded(kMostAngle_deg * kDegree) + " (75 deg) of 0"));
+    if (!(std::abs(value) <= kMostAngle_deg * kRadPerDeg))
+      refusals.Add(Refuse(field, value, "within " + Rounded(kMostAngle_deg * kRadPerDeg) + " (75 deg) of 0"));
   };
   angle("lead_rad", options.lead_rad);
   angle("tilt_rad", options.tilt_rad);

@@ -12,8 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNearMm = 0.1;         // what the near cells cover: more than a converged fit reaches
-constexpr std::size_t kFetched = 1024;  // points asked for at a time: the processor waits for many at once
+constexpr double kNearMm = 0.1;  // what the near cells cover: more than a converged fit reaches
 
 }  // namespace
 
@@ -93,10 +92,10 @@ class NearestSearch::Many::Visitor {
 
 void NearestSearch::Many::Visit(std::size_t from, std::size_t to, const std::function<void(const Found&)>& take) const {
   Visitor visitor(*this, from);
-  std::array<Vector3d, kFetched> points;
+  std::array<Vector3d, kFetchedAtOnce> points;
   std::array<NearestTriangle, kMostFound> nearest;
-  for (std::size_t fetched = from; fetched < to; fetched += kFetched) {
-    const std::size_t end = std::min(to, fetched + kFetched);
+  for (std::size_t fetched = from; fetched < to; fetched += kFetchedAtOnce) {
+    const std::size_t end = std::min(to, fetched + kFetchedAtOnce);
     points_at_(&order_.order[fetched], end - fetched, points.data());
     // Where few points share a cell, those of several cells are handed on together: whoever takes them works in lanes too.
     std::size_t taken = fetched;

@@ -12,8 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kFetched = 1024;  // points asked for at a time: the processor waits for many at once
-
 // Counting sort: each part counts its points of each cell, and puts them where the parts before it end.
 void PutInCells(const NearCells& cells, const PointsAt& points_at, std::uint32_t count, int thread_count,
                 PointOrder* order) {
@@ -57,9 +55,9 @@ void PutFarInPlaces(const PointsAt& points_at, int thread_count, PointOrder* ord
   const std::size_t parts = PartCount(thread_count);
   const auto at = [&](std::size_t k) { return far.begin() + static_cast<std::ptrdiff_t>(k); };
   InParts(far.size(), thread_count, [&](std::size_t begin, std::size_t end, std::size_t) {
-    std::array<Vector3d, kFetched> points;
-    for (std::size_t k = begin; k < end; k += kFetched) {
-      const std::size_t some = std::min(kFetched, end - k);
+    std::array<Vector3d, kFetchedAtOnce> points;
+    for (std::size_t k = begin; k < end; k += kFetchedAtOnce) {
+      const std::size_t some = std::min(kFetchedAtOnce, end - k);
       const std::uint32_t* indices = &order->order[order->in_cells_count + k];
       points_at(indices, some, points.data());
       for (std::size_t i = 0; i < some; ++i) far[k + i] = {PlaceOf(points[i]), indices[i]};

@@ -13,6 +13,7 @@ namespace sixpoint::metrology {
 
 // Puts the points with these indices, the same whenever they are asked for; by any thread.
 using PointsAt = std::function<void(const std::uint32_t* indices, std::size_t count, Eigen::Vector3d* points_mm)>;
+inline constexpr std::size_t kFetchedAtOnce = 1024;  // points that are asked for: the processor waits for many at once
 
 struct PointOrder {
   std::vector<std::uint32_t> order;  // of the points: by cell, those without a cell last

@@ -13,13 +13,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kChunk = 512;
 constexpr double kAboutPatches = 1.5;  // so many patches' widths about a guess the patches are asked
 constexpr std::size_t kLeastAbout = 3;
-constexpr double
-    kPlenty_mm = 3e-3,
-    kGoesAlong =
-        1.5;  // of stock beyond what is wanted, that is not looked at anew; of a place's motion, what may cost stock
 constexpr double kEvenPart = 0.25;  // of a patch's width: nearer ones weigh no more
 
 }  // namespace
@@ -120,7 +115,8 @@ std::size_t ShapeProblem::TakeLacking(const FreeFormDeformation& deformation) {
       const auto local = deformation.LocalAt(guess.near.place_mm);
       if (!local) continue;
       // What had stock has it still where the shape has hardly moved.
-      if (guess.spare_mm - kGoesAlong * (local->displacement_mm - guess.near.displacement_mm).norm() > kPlenty_mm)
+      if (guess.spare_mm - kGoesAlong * (local->displacement_mm - guess.near.displacement_mm).norm() >
+          kPlentyOfStock_mm)
         continue;
       guess.near.displacement_mm = local->displacement_mm;
       // Nor is looked for the foot of what has plenty, wherever that is.
@@ -129,7 +125,7 @@ std::size_t ShapeProblem::TakeLacking(const FreeFormDeformation& deformation) {
       const double out_mm = normal.dot(from_mm);
       guess.spare_mm = out_mm - kGoesAlong * (from_mm - out_mm * normal).norm() - most_wanted_mm -
                        options_.coverage_factor * patch.standard_uncertainty_mm;
-      if (guess.spare_mm > kPlenty_mm) continue;
+      if (guess.spare_mm > kPlentyOfStock_mm) continue;
       feet[i] =
           FootOf(*design_.surface, &deformation, patch.point_mm, patch.normal, options_.greatest_stock_mm, &guess.near);
       if (!feet[i]) continue;

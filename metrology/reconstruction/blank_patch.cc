@@ -14,7 +14,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kChunk = 8192;
+constexpr std::size_t kPointChunk = 8192;
 
 // Of the points of one patch: a plane through their distances over the tangents of the patch.
 struct PlaneSums {
@@ -36,21 +36,22 @@ absl::StatusOr<std::vector<BlankPatch>> GatherBlank(const Surface& surface, cons
     Vector3d place_mm;
   };
   std::vector<Found> found(points_mm.size());
-  std::vector<std::uint8_t> bad(ChunkCount(points_mm.size(), kChunk), 0);
-  ForEachChunk(points_mm.size(), kChunk, options.threads, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    std::optional<SurfaceFoot> last;
-    for (std::size_t i = begin; i < end; ++i) {
-      if (!points_mm[i].allFinite() || !outward[i].allFinite()) {
-        bad[chunk] = 1;
-        continue;
-      }
-      const auto foot =
-          FootOf(surface, nullptr, points_mm[i], outward[i], options.farthest_mm, last ? &*last : nullptr);
-      if (!foot || foot->feature != SurfaceFeature::kFace) continue;
-      last = foot;
-      found[i] = {patches.Of(patches.KeyOf(foot->place_mm, foot->normal)), foot->distance_mm, foot->place_mm};
-    }
-  });
+  std::vector<std::uint8_t> bad(ChunkCount(points_mm.size(), kPointChunk), 0);
+  ForEachChunk(
+      points_mm.size(), kPointChunk, options.threads, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+        std::optional<SurfaceFoot> last;
+        for (std::size_t i = begin; i < end; ++i) {
+          if (!points_mm[i].allFinite() || !outward[i].allFinite()) {
+            bad[chunk] = 1;
+            continue;
+          }
+          const auto foot =
+              FootOf(surface, nullptr, points_mm[i], outward[i], options.farthest_mm, last ? &*last : nullptr);
+          if (!foot || foot->feature != SurfaceFeature::kFace) continue;
+          last = foot;
+          found[i] = {patches.Of(patches.KeyOf(foot->place_mm, foot->normal)), foot->distance_mm, foot->place_mm};
+        }
+      });
   for (const std::uint8_t is_bad : bad)
     if (is_bad != 0) return Refuse("points_mm", "not finite", "finite points and directions");
   std::vector<PlaneSums> sums(patches.patches().size());

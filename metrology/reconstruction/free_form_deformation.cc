@@ -19,7 +19,7 @@ constexpr double kMostControls = 4e6;  // 100 MB
 constexpr int kPullSteps = 40;
 constexpr double kPulled_mm = 1e-10;
 // A point of the box's upper face, found by arithmetic, may lie this part of a cell beyond it.
-constexpr double kRim = 1e-9;
+constexpr double kBeyondBox = 1e-9;
 
 std::string PointText(const Vector3d& point_mm) {
   return "(" + Rounded(point_mm.x()) + ", " + Rounded(point_mm.y()) + ", " + Rounded(point_mm.z()) + ")";
@@ -128,7 +128,7 @@ std::optional<LatticeWeights> FreeFormDeformation::WeightsAt(const Vector3d& poi
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     const double along = (point_mm[axis] - lattice_.corner_mm[axis]) / lattice_.spacing_mm[axis];
-    if (!(along >= -kRim && along <= lattice_.cells[a] + kRim)) return std::nullopt;
+    if (!(along >= -kBeyondBox && along <= lattice_.cells[a] + kBeyondBox)) return std::nullopt;
     const int cell = std::clamp(static_cast<int>(std::floor(along)), 0, lattice_.cells[a] - 1);
     at.cell[a] = cell;
     at.weights[a] = SplineValues(along - cell);

@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::size_t kChunk = 2048;
+constexpr std::size_t kLimitChunk = 2048;
 constexpr std::size_t kNewEachRound = 64;
 constexpr std::size_t kMostWorking = 1500;  // before those that push no more are let go
 constexpr int kRounds = 120;
@@ -182,7 +182,7 @@ std::vector<Side> Worst(const std::vector<DisplacementLimit>& limits, const std:
 std::vector<LimitMiss> MissesOf(const ControlLattice& lattice, const ControlDisplacements& controls_mm,
                                 const std::vector<DisplacementLimit>& limits, int threads) {
   std::vector<LimitMiss> misses(limits.size());
-  ForEachChunk(limits.size(), kChunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+  ForEachChunk(limits.size(), kLimitChunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const double along = limits[i].direction.dot(DisplacementOf(lattice, controls_mm, limits[i].at));
       misses[i] = {limits[i].least_mm - along, along - limits[i].most_mm};

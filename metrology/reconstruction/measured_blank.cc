@@ -21,7 +21,7 @@ using Cell = std::array<std::int32_t, 3>;
 constexpr double kPlaceCell_mm = 1;  // over which what maps the points does the same to all of them
 constexpr double kFlatness =
     0.3;  // least over middle eigenvalue of what is a surface: a round edge seen from one side has 0.2
-constexpr std::size_t kChunk = 4096;
+constexpr std::size_t kCellChunk = 4096;
 
 Cell CellOf(const Vector3d& point_mm, double width_mm) {
   Cell cell;
@@ -164,7 +164,7 @@ absl::Status MeasuredBlank::EndScan() {
   const Cells cells = CellsOf(scan_in_part_mm_, options_.cell_mm);
   Points outward(cells.cells.size());
   KeepGoing keep_going(options_.keep_going);
-  ForEachChunk(cells.cells.size(), kChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+  ForEachChunk(cells.cells.size(), kCellChunk, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end && (c != begin || keep_going()); ++c)
       outward[c] = OutwardOf(MomentsAbout(cells, c, options_.cell_mm), towards, options_.least_points);
   });

@@ -11,12 +11,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kChunk = 512;
 constexpr double kTiny_mm = 1e-5;   // off the design: too little to have a direction
 constexpr double kStill_mm = 1e-6;  // no figure shows it
-// Of room, as parts of how far a place has moved and of the widths that are asked: with so much, nothing is missed.
-constexpr double kGoesAlong = 1.5;
-constexpr double kPlentyOfBand_mm = 0.02, kPlentyOfStock_mm = 3e-3, kPlentyOfTube = 0.4;
+// With so much room, nothing is missed: beside kPlentyOfStock_mm.
+constexpr double kPlentyOfBand_mm = 0.02, kPlentyOfTube = 0.4;
 
 }  // namespace
 

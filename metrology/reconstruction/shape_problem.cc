@@ -11,12 +11,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kChunk = 512;
 constexpr double kDatumPull = 10;     // on a square millimetre of datum, beside 1 of fixed surface
 constexpr double kBesidePatches = 4;  // so near a machined place, the blank's fixed surface is beside the cut
 constexpr double kAnySide = -2;       // cosine
 constexpr double kUncut = 0.25;       // of the strip beside fixed surface: there the shape is the blank's own
-constexpr double kRim = 3;  // spacings of the design's places: so far from what is cut, fixed surface is not next to it
+constexpr double kRimSpacings =
+    3;  // spacings of the design's places: so far from what is cut, fixed surface is not next to it
 
 }  // namespace
 
@@ -31,7 +31,7 @@ ShapeProblem::ShapeProblem(const DesignPlaces& design, const std::vector<BlankPa
       options_(options),
       fixed_places_(std::max(options.blend_mm, design.spacing_mm)),
       machined_places_(kBesidePatches * options.patch_mm) {
-  PlaceGrid rim(kRim * design.spacing_mm);
+  PlaceGrid rim(kRimSpacings * design.spacing_mm);
   for (std::size_t i = 0; i < design_.places.size(); ++i) {
     if (regions_[region_of_[i]].kind != RegionKind::kMachined) continue;
     machined_places_.Add(design_.places[i].point_mm, design_.places[i].normal);

@@ -101,6 +101,10 @@ class ShapeProblem {
   double GreatestBand_mm() const;
 
  private:
+  static constexpr std::size_t kChunk = 512;  // places and patches that a thread takes at a time
+  // Room, in ways that a place has moved, and stock beyond what is wanted, with which nothing is missed.
+  static constexpr double kGoesAlong = 1.5, kPlentyOfStock_mm = 3e-3;
+
   DisplacedPlace BandOf(const Eigen::Vector3d& place_mm, const Eigen::Vector3d& normal, std::uint32_t triangle,
                         const Eigen::Vector3d& displacement_mm) const;
   // Whether what was measured there may no more be trusted, a place having moved so far since.

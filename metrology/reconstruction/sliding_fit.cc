@@ -13,7 +13,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr int kSteps = 60;
+constexpr int kMostSlidingSteps = 60;
 constexpr double kSettled = 1e-9;  // of the energy that is still to be gained, as a part of all
 
 // The pulls of one cell, a row each.
@@ -101,7 +101,7 @@ ControlDisplacements LatticeSystem::Slid(const std::vector<LatticePull>& pulls, 
   }
   MatrixXd by_system = rest;  // the system's matrix times the way
   double gain = rest.cwiseProduct(way).sum();
-  for (int step = 0; step < kSteps && gain > kSettled * first; ++step) {
+  for (int step = 0; step < kMostSlidingSteps && gain > kSettled * first; ++step) {
     // The system has too much: pulls across the normals.
     const MatrixXd by_matrix = by_system - pulled(sliding, way, Pulled::kAcross);
     const double far = gain / way.cwiseProduct(by_matrix).sum();

@@ -9,7 +9,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kSteps = 12;
+constexpr int kMostFootSteps = 12;
 constexpr double kRested_mm = 1e-5;  // along the surface: the distance is off by the square of it, over a radius
 constexpr double kSearchStep_mm = 0.25;
 
@@ -17,7 +17,7 @@ constexpr double kSearchStep_mm = 0.25;
 std::optional<SurfaceFoot> Next(const Surface& surface, const FreeFormDeformation* deformation,
                                 const Vector3d& point_mm, SurfacePoint on) {
   SurfaceFoot foot;
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kMostFootSteps; ++step) {
     foot.place_mm = on.point_mm;
     foot.design_normal = foot.normal = on.normal;
     foot.triangle = on.triangle;

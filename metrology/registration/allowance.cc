@@ -24,7 +24,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr int kStepLimit = 40;
+constexpr int kMostAllowanceSteps = 40;
 constexpr double kGreatestStepMm = 1;
 constexpr double kRestedMm = 1e-5;
 // Steps below this that no longer shrink come from points that pass over edges.
@@ -87,7 +87,7 @@ class Allowance {
     bool rested = false;
     int step = 0;
     double last_size = std::numeric_limits<double>::infinity();
-    for (; step < kStepLimit; ++step) {
+    for (; step < kMostAllowanceSteps; ++step) {
       if (const absl::Status status = See(); !status.ok()) return status;
       absl::StatusOr<VectorXd> best = Best();
       if (!best.ok()) return best.status();

@@ -37,14 +37,13 @@ constexpr std::size_t kManyPoints = 200'000;  // from here on it pays to prepare
 constexpr double kNearlyAll = 0.995;          // of the points within reach of the start
 constexpr double kAnnealing = 0.65;           // the loss narrows by this, once the pose rests at its present width
 constexpr double kStepLimitMm = 3;            // of one step
-constexpr double kRested = 0.25;  // step after which the pose rests at a width, in standard deviations of a point
+constexpr double kRestedInSigmas =
+    0.25;  // step after which the pose rests at a width, in standard deviations of a point
 // The loss keeps at least this part of the points within reach. In Gaussian noise alone that quantile of |residual| is
 // 0.524 standard deviations; a little less than its inverse, so that up to a third of the points may be foreign.
-constexpr double kNearestPart = 0.4;
+constexpr double kNearestPoints = 0.4;
 constexpr double kNearestToSigma = 0.6 / 0.524;
-constexpr double kPointWidth = 6;      // of the loss over all points, in standard deviations: 98 % efficient
-constexpr double kPatchesAcross = 16;  // of the part's radius of gyration
-constexpr double kLeastPatchMm = 0.25;
+constexpr double kPointWidth = 6;  // of the loss over all points, in standard deviations: 98 % efficient
 constexpr int kPassLimit = 12;
 // A pose nearer than this needs no second reading of the points: on a radius of 0.5 mm it changes a distance by 4 nm.
 constexpr double kNearPoseMm = 2e-3;
@@ -87,7 +86,7 @@ class BestFit {
         radius_mm_(surface.radius_of_gyration_mm()),
         coarse_(surface, SamplesOf(portions, nominal, options, kFirstCount), reference_mm_, options.thread_count),
         pose_(nominal) {
-    patch_options_.patch_mm = std::max(kLeastPatchMm, radius_mm_ / kPatchesAcross);
+    patch_options_.patch_mm = PatchWidthMm(radius_mm_);
     patch_options_.condition_limit = options.condition_limit;
     patch_options_.free.resize(6, std::count(options.free.begin(), options.free.end(), true));
     for (int k = 0, column = 0; k < 6; ++k)
@@ -188,7 +187,7 @@ class BestFit {
       const double width = kTukeyWidth * sigma_mm;
       coarse_.Search(pose_, std::min(1.5 * width + 0.01, 2 * options_.greatest_start_error_mm));
       const double step = Move(coarse_, coarse_.Minimise(Vector6d::Zero(), width, 4));
-      if (step > kRested * sigma_mm) continue;
+      if (step > kRestedInSigmas * sigma_mm) continue;
       const double final_sigma = FinalSigma(coarse_);
       if (sigma_mm <= kNarrowEnough * final_sigma) break;
       sigma_mm_ = sigma_mm = std::min(sigma_mm, std::max(final_sigma, kAnnealing * sigma_mm));
@@ -204,7 +203,7 @@ class BestFit {
     for (const Sample& sample : residuals.samples())
       distances.push_back(sample.usable ? std::abs(sample.residual_mm) : std::numeric_limits<double>::infinity());
     const double nearest_mm =
-        AtRank(static_cast<std::size_t>(kNearestPart * static_cast<double>(distances.size())), &distances);
+        AtRank(static_cast<std::size_t>(kNearestPoints * static_cast<double>(distances.size())), &distances);
     return std::max(std::hypot(residuals.NeighbourNoise(), 1e-3 * options_.model_error_um),
                     kNearestToSigma * nearest_mm);
   }

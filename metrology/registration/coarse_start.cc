@@ -27,7 +27,7 @@ constexpr int kRoughSteps = 14;
 constexpr int kFineSteps = 12;
 constexpr std::size_t kFineCount = 32;
 constexpr double kSeen = 0.25;             // cosine between the normal and the way to the scanner
-constexpr double kAsGood = 1.25;           // a second pose with a loss below this times the best's
+constexpr double kRivalLoss = 1.25;        // a second pose with a loss below this times the best's
 constexpr double kOtherTurnRad = 0.2;      // two poses farther apart than this are two
 constexpr double kOtherPlaceOfSize = 0.1;  // by the radius of gyration
 
@@ -249,7 +249,7 @@ absl::StatusOr<CoarseStart> FindCoarseStart(const Surface& surface, const std::v
     const Isometry3d between = best.inverse(Eigen::Isometry) * other.zero_from_centred;
     const double turn = VectorFromRotation(between.linear()).norm();
     if (turn < kOtherTurnRad && between.translation().norm() < kOtherPlaceOfSize * search.size_mm()) continue;
-    if (!(other.loss < kAsGood * candidates[0].loss)) break;
+    if (!(other.loss < kRivalLoss * candidates[0].loss)) break;
     char text[160];
     std::snprintf(
         text, sizeof text,

@@ -14,8 +14,6 @@ using Eigen::Vector3d;
 
 constexpr double kAlongAnAxis = 0.95;  // cosine, from which on an axis is named
 constexpr double kWorthASecond = 0.5;  // of a direction's length: less of turn or shift is not said
-constexpr double kPatchesAcross = 16;  // of the radius of gyration
-constexpr double kLeastPatchMm = 0.25;
 
 std::string AxisWords(const Vector3d& direction) {
   const Vector3d unit = direction.normalized();
@@ -65,7 +63,7 @@ std::string DirectionInWords(const Vector6d& direction, const Eigen::Isometry3d&
 absl::StatusOr<std::string> FreeDirectionsInWords(const Surface& surface, const std::vector<ScanPortion>& portions,
                                                   const Eigen::Isometry3d& zero_from_part, double reach_mm,
                                                   const FitOptions& options) {
-  const double patch_mm = std::max(kLeastPatchMm, surface.radius_of_gyration_mm() / kPatchesAcross);
+  const double patch_mm = PatchWidthMm(surface.radius_of_gyration_mm());
   const auto sums = SumPatches(surface, portions, zero_from_part, {reach_mm, patch_mm}, options);
   if (!sums.ok()) return sums.status();
   Matrix6d normal = Matrix6d::Zero();

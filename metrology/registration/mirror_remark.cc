@@ -17,11 +17,11 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kLookedAt = 8'000;  // points of all scans
-constexpr int kIterationLimit = 30;       // a start that needs more is none
+constexpr std::size_t kMirrorPoints = 8'000;  // points of all scans
+constexpr int kIterationLimit = 30;           // a start that needs more is none
 // Of a fit that is clear. A blade of another size reaches the spread that a casting is allowed, not this part of it.
 constexpr double kClearOverlap = 0.6, kClearSpread = 0.6;
-constexpr double kAsGood = 3;  // the CAD's own spread, by its image's, below which the image says nothing
+constexpr double kCadSpreadByImage = 3;  // the CAD's own spread, by its image's, below which the image says nothing
 
 constexpr double kRests = 0.1;  // of the spread
 
@@ -53,7 +53,7 @@ std::vector<Matrix3d> Reflections(const Surface& surface) {
 std::vector<ScanPortion> Thinned(const std::vector<ScanPortion>& portions) {
   std::size_t total = 0;
   for (const ScanPortion& portion : portions) total += portion.sensor.size();
-  const std::size_t stride = std::max<std::size_t>(1, total / kLookedAt);
+  const std::size_t stride = std::max<std::size_t>(1, total / kMirrorPoints);
   std::vector<ScanPortion> thinned;
   for (const ScanPortion& portion : portions) {
     ScanPortion few;
@@ -110,7 +110,8 @@ absl::StatusOr<std::string> MirrorRemark(const Surface& surface, const std::vect
   if (!(evidence.overlap > kClearOverlap && evidence.residual_sigma_mm < clear_spread_mm)) return "";
   const auto own = fit_turned(scans, mirror * evidence.stopped_at->linear(), false);
   if (!own.ok()) return own.status();
-  if (own->has_value() && (*own)->evidence.residual_sigma_mm < kAsGood * evidence.residual_sigma_mm) return "";
+  if (own->has_value() && (*own)->evidence.residual_sigma_mm < kCadSpreadByImage * evidence.residual_sigma_mm)
+    return "";
   char text[160];
   std::snprintf(
       text, sizeof text,

@@ -14,10 +14,10 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr double kPatchWidth = 5;  // 96 % efficient for Gaussian errors of patches
-constexpr int kStepLimit = 60;
-constexpr double kRested = 1e-4;  // last step, in standard deviations
+constexpr int kMostReweightings = 60;
+constexpr double kSettledInSigmas = 1e-4;  // last step, in standard deviations
 // The nearest patches tell the spread: this part of them stays good where half a side is foreign.
-constexpr double kNearestPart = 0.4;
+constexpr double kNearestPatches = 0.4;
 constexpr double kNearestInSigmas = 0.5244;  // that quantile of |Gaussian|
 constexpr double kModelSigmaKnown = 1e-3;    // relative
 constexpr double kLeastSlope = 0.3;          // of the loss; below it the step is no Newton step
@@ -52,7 +52,7 @@ class Fitter {
 
   PatchFit Run() {
     if (patches_.empty()) return fit_;
-    for (int step = 0; step < kStepLimit; ++step) {
+    for (int step = 0; step < kMostReweightings; ++step) {
       FindNoise();
       Offsets();
       const double model_before = fit_.model_sigma_mm;
@@ -62,7 +62,7 @@ class Fitter {
       fit_.change += by;
       covariance_ = Covariance(1);
       const double size = InSigmas(by);
-      if (step > 2 && size < kRested &&
+      if (step > 2 && size < kSettledInSigmas &&
           std::abs(fit_.model_sigma_mm - model_before) <= 2 * kModelSigmaKnown * model_before)
         break;
     }
@@ -105,7 +105,7 @@ class Fitter {
     const auto spread = [&](double variance) {
       for (std::size_t k = 0; k < patches_.size(); ++k)
         ratios[k] = std::abs(fit_.offsets_mm[k]) / std::sqrt(open[k] + variance);
-      return AtRank(static_cast<std::size_t>(kNearestPart * static_cast<double>(ratios.size())), &ratios);
+      return AtRank(static_cast<std::size_t>(kNearestPatches * static_cast<double>(ratios.size())), &ratios);
     };
     double low = 0, high = 2 * greatest;
     if (spread(0) <= kNearestInSigmas) {

@@ -4,6 +4,7 @@
 // the unit that is kept or thrown out: the mean of its points shows a casting's deviation of a fraction of the noise.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -20,6 +21,11 @@ inline Vector6d PartRow(const Eigen::Vector3d& from_centroid_mm, const Eigen::Ve
   Vector6d row;
   row << from_centroid_mm.cross(normal) / radius_mm, normal;
   return row;
+}
+
+inline double PatchWidthMm(double radius_of_gyration_mm) {
+  constexpr double kAcross = 16, kLeastMm = 0.25;
+  return std::max(kLeastMm, radius_of_gyration_mm / kAcross);
 }
 
 // One portion's points on one patch; w is Tukey's weight of a point's residual r, J its row.

@@ -19,8 +19,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOnSurfaceMm = 0.02;  // a datum's distance from the CAD
-constexpr int kNormalsPassCount = 3;   // the pose moves under the local fits by little: this is ample
+constexpr double kDatumOffCadMm = 0.02;  // a datum's distance from the CAD
+constexpr int kNormalsPassCount = 3;     // the pose moves under the local fits by little: this is ample
 
 absl::Status Check(const Surface& surface, const std::vector<DatumPoint>& datums) {
   if (datums.size() != 6) return Refuse("part.six_points", std::to_string(datums.size()) + " points", "6");
@@ -29,7 +29,7 @@ absl::Status Check(const Surface& surface, const std::vector<DatumPoint>& datums
     if (!datum.point_mm.allFinite() || !(std::abs(datum.normal.norm() - 1) < 1e-6))
       return Refuse(field, "not finite or no unit normal", "a point and its outward normal");
     const SurfacePoint on = surface.Closest(datum.point_mm);
-    if (!(std::abs(on.signed_distance_mm) < kOnSurfaceMm))
+    if (!(std::abs(on.signed_distance_mm) < kDatumOffCadMm))
       return Refuse(field + ".point_in_part_mm", Rounded(on.signed_distance_mm) + " mm off the CAD", "within 0.02");
     if (!(on.normal.dot(datum.normal) > 0.985))
       return Refuse(field + ".normal_in_part",

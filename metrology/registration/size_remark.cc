@@ -8,8 +8,8 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr std::size_t kLookedAt = 20'000;  // points of all scans
-constexpr double kForeign = 0.01;          // of the points at either end, which may be chips and reflections
+constexpr std::size_t kSizePoints = 20'000;  // points of all scans
+constexpr double kForeign = 0.01;            // of the points at either end, which may be chips and reflections
 // Scans show a part of the blade, and never more than it, but for chips.
 constexpr double kLeastShown = 0.35, kMostShown = 1.25;
 
@@ -18,7 +18,7 @@ double LongestExtent(const std::vector<ScanPortion>& portions, const Eigen::Isom
   const Eigen::Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
   std::size_t total = 0;
   for (const ScanPortion& portion : portions) total += portion.sensor.size();
-  const std::size_t stride = std::max<std::size_t>(1, total / kLookedAt);
+  const std::size_t stride = std::max<std::size_t>(1, total / kSizePoints);
   std::array<std::vector<double>, 3> coordinates;
   for (const ScanPortion& portion : portions)
     for (std::size_t i = 0; i < portion.sensor.size(); i += stride) {

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kTogether = 500'000;  // points that are looked at together: memory is theirs
 constexpr std::size_t kLooks = 10'000;      // at points, from which side they were seen
-constexpr double kOnSurfaceMm = 0.1;
+constexpr double kSeenOnSurfaceMm = 0.1;
 constexpr double kBehind = 0.2;  // cosine: so far from behind no fan of the scanner reaches, and no edge is rounded
 constexpr double kMostSeenThrough = 0.1, kLeastSurface = 0.1;
 
@@ -49,7 +49,7 @@ double SeenThrough(const Surface& surface, const std::vector<ScanPortion>& porti
     // The scanner looks down its z.
     const Vector3d to_scanner = part_from_zero.linear() * portion.zero_from_sensor.linear().col(2).normalized();
     for (std::size_t i = 0; i < portion.sensor.size(); i += stride) {
-      const SurfacePoint found = surface.ClosestWithin(part_from_zero * portion.zero_mm(i), kOnSurfaceMm);
+      const SurfacePoint found = surface.ClosestWithin(part_from_zero * portion.zero_mm(i), kSeenOnSurfaceMm);
       if (std::isnan(found.signed_distance_mm) || found.feature != SurfaceFeature::kFace) continue;
       ++on_surface;
       if (found.normal.dot(to_scanner) < -kBehind) ++from_behind;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "metrology/frames/angles.h"
 #include "metrology/linear_algebra/least_squares.h"
 #include "metrology/repair/outline_sides.h"
 #include "metrology/statistics/ranks.h"
@@ -16,7 +17,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kSmoothReach = 0.012;  // of the line: circles within it make its parabola at a place
 constexpr std::size_t kLeastNear = 6;
 constexpr std::size_t kLeastCircles = 20;
@@ -27,8 +27,6 @@ constexpr double kLeadingReachRadii = 2;     // of the last circle: so far back 
 constexpr double kTrailingReachRadii = 1.6;  // and the trailing line
 constexpr std::size_t kExtensionPoints = 16;
 constexpr double kLongestRadii = 4;  // no end is farther from its last circle
-
-double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 // The medial axis as functions of the way along it.
 struct Line {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "metrology/linear_algebra/inverse.h"
 
 namespace sixpoint::metrology {
@@ -10,7 +11,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kEndPoints = 60;
 
 // Where the envelope of all circles touches one of them, to the left of the line and to its right: outward normals.

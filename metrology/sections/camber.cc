@@ -20,8 +20,6 @@ constexpr double kGreatCosine = -0.5;
 constexpr double kStraightReach = 1.6;  // radii of a round end: from so far its camber line's direction is taken
 constexpr double kBendReach = 0.035;    // of the outline
 
-double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
-
 struct Touching {
   InscribedCircle circle;
   bool sound = false;

@@ -9,8 +9,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
-
 bool BesideGap(const Outline& outline, std::size_t i) {
   return outline.nodes()[i].before == Join::kGap || outline.JoinAfter(i) == Join::kGap;
 }

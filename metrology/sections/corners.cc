@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "metrology/frames/angles.h"
 #include "metrology/sections/circle_fit.h"
 #include "metrology/sections/outline.h"
 
@@ -13,12 +14,11 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kRad = 3.14159265358979323846 / 180;
-constexpr double kJump = 35 * kRad, kSureJump = 25 * kRad;  // the latter with four standard deviations less
-constexpr double kTurn = 20 * kRad;                         // of the chain about a place that is looked at
-constexpr double kDirectionSigma = 0.08;                    // wanted of one side, rad
-constexpr double kReach = 4, kGreatestReach = 16;           // spacings
-constexpr std::size_t kExactPoints = 6, kLeastPoints = 6;
+constexpr double kJump = 35 * kRadPerDeg, kSureJump = 25 * kRadPerDeg;  // the latter with four standard deviations less
+constexpr double kCandidateTurn = 20 * kRadPerDeg;                      // of the chain about a place that is looked at
+constexpr double kDirectionSigma = 0.08;                                // wanted of one side, rad
+constexpr double kReach = 4, kGreatestReach = 16;                       // spacings
+constexpr std::size_t kExactPoints = 6, kLeastSidePoints = 6;
 
 struct Place {
   double at_mm = 0, reach_mm = 0, score_mm2 = 0;
@@ -89,7 +89,7 @@ class Finder {
     for (const std::ptrdiff_t reach : {3, 6}) {
       const Vector2d into = chain_.points_mm[i] - chain_.points_mm[Around(i, -reach)];
       const Vector2d out = chain_.points_mm[Around(i, reach)] - chain_.points_mm[i];
-      if (into.dot(out) < std::cos(kTurn) * into.norm() * out.norm()) return true;
+      if (into.dot(out) < std::cos(kCandidateTurn) * into.norm() * out.norm()) return true;
     }
     return false;
   }
@@ -117,7 +117,7 @@ class Finder {
     for (; reach < greatest; reach *= search_.exact ? 1.1 : 1.25) {
       const auto count = static_cast<double>(end(reach).count);
       const double variance = 192 * std::pow(search_.noise_mm / reach, 2) / std::max(1.0, count);
-      if (search_.exact ? count >= kExactPoints : count >= kLeastPoints && variance < std::pow(kDirectionSigma, 2))
+      if (search_.exact ? count >= kExactPoints : count >= kLeastSidePoints && variance < std::pow(kDirectionSigma, 2))
         break;
     }
     reach = std::min(reach, greatest);

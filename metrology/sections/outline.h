@@ -11,6 +11,8 @@
 
 namespace sixpoint::metrology {
 
+inline double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+
 // How a node follows the one before it.
 enum class Join : std::uint8_t {
   kSmooth,

@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr std::size_t kLeastPoints = 20;
+constexpr std::size_t kLeastChainPoints = 20;
 constexpr double kSparse = 0.1;      // of the usual number of samples about a point: a stray has fewer
 constexpr double kGreatPiece = 0.2;  // of the longest piece's length
 constexpr double kLeastPiece = 0.02;
@@ -104,7 +104,7 @@ double JoinReach(const std::vector<ThinPoint>& points, std::size_t sample_count,
   return std::max(reach_mm, kSparseStep * AtRank(rank, &seconds));
 }
 
-struct Piece {
+struct ChainPiece {
   std::vector<std::uint32_t> points;
   bool closed = false;
   double length_mm = 0;
@@ -139,11 +139,11 @@ class Joiner {
   }
 
   // Longest first.
-  std::vector<Piece> Pieces() const {
-    std::vector<Piece> pieces;
+  std::vector<ChainPiece> Pieces() const {
+    std::vector<ChainPiece> pieces;
     std::vector<bool> seen(points_.size(), false);
     const auto walk = [&](std::uint32_t from) {
-      Piece piece;
+      ChainPiece piece;
       for (std::uint32_t at = from;;) {
         seen[at] = true;
         piece.points.push_back(at);
@@ -162,7 +162,7 @@ class Joiner {
     for (std::uint32_t i = 0; i < points_.size(); ++i)
       if (!seen[i]) walk(i);
     std::stable_sort(pieces.begin(), pieces.end(),
-                     [](const Piece& a, const Piece& b) { return a.length_mm > b.length_mm; });
+                     [](const ChainPiece& a, const ChainPiece& b) { return a.length_mm > b.length_mm; });
     return pieces;
   }
 
@@ -218,9 +218,9 @@ std::vector<bool> GapsBefore(const std::vector<ThinPoint>& points, double spacin
 }
 
 // Pieces one after the other, each by its end that is nearer to where the last one ended.
-std::vector<ThinPoint> Strung(const std::vector<ThinPoint>& points, std::vector<Piece> pieces) {
+std::vector<ThinPoint> Strung(const std::vector<ThinPoint>& points, std::vector<ChainPiece> pieces) {
   std::vector<ThinPoint> strung;
-  const auto take = [&](const Piece& piece) {
+  const auto take = [&](const ChainPiece& piece) {
     for (const std::uint32_t i : piece.points) strung.push_back(points[i]);
   };
   take(pieces.front());
@@ -228,11 +228,12 @@ std::vector<ThinPoint> Strung(const std::vector<ThinPoint>& points, std::vector<
   while (!pieces.empty()) {
     const Vector2d end = strung.back().point_mm;
     const auto to = [&](std::uint32_t i) { return (points[i].point_mm - end).norm(); };
-    const auto distance = [&](const Piece& piece) {
+    const auto distance = [&](const ChainPiece& piece) {
       return std::min(to(piece.points.front()), to(piece.points.back()));
     };
-    const auto next = std::min_element(pieces.begin(), pieces.end(),
-                                       [&](const Piece& a, const Piece& b) { return distance(a) < distance(b); });
+    const auto next = std::min_element(pieces.begin(), pieces.end(), [&](const ChainPiece& a, const ChainPiece& b) {
+      return distance(a) < distance(b);
+    });
     if (to(next->points.back()) < to(next->points.front())) std::reverse(next->points.begin(), next->points.end());
     take(*next);
     pieces.erase(next);
@@ -268,19 +269,19 @@ void Measure(PointChain* chain) {
 
 absl::StatusOr<PointChain> ChainOf(const std::vector<SectionSample>& samples, const ChainOptions& options) {
   const std::vector<ThinPoint> points = Thinned(samples, options.spacing_mm);
-  if (points.size() < kLeastPoints)
+  if (points.size() < kLeastChainPoints)
     return Refuse("points", std::to_string(points.size()) + " apart in the section",
-                  "at least " + std::to_string(kLeastPoints) + ": does the plane meet the part?");
+                  "at least " + std::to_string(kLeastChainPoints) + ": does the plane meet the part?");
   Joiner joiner(points);
   joiner.Join(options.gap_mm > 0 ? options.gap_mm : JoinReach(points, samples.size(), options.spacing_mm));
-  std::vector<Piece> pieces = joiner.Pieces();
+  std::vector<ChainPiece> pieces = joiner.Pieces();
   const double longest_mm = pieces.front().length_mm;
   const auto shorter = [&](double share) {
     return std::find_if(pieces.begin(), pieces.end(),
-                        [&](const Piece& piece) { return piece.length_mm < share * longest_mm; });
+                        [&](const ChainPiece& piece) { return piece.length_mm < share * longest_mm; });
   };
   const auto great = shorter(kGreatPiece);
-  const auto closed = std::find_if(pieces.begin(), great, [](const Piece& piece) { return piece.closed; });
+  const auto closed = std::find_if(pieces.begin(), great, [](const ChainPiece& piece) { return piece.closed; });
   if (closed != great) {
     if (great - pieces.begin() > 1)
       return Refuse("points", std::to_string(great - pieces.begin()) + " outlines in the section",
@@ -310,9 +311,9 @@ absl::StatusOr<PointChain> ChainOfLoop(const std::vector<Vector2d>& loop_mm) {
   }
   while (chain.points_mm.size() > 1 && (chain.points_mm.back() - chain.points_mm.front()).norm() < 1e-6)
     chain.points_mm.pop_back();
-  if (chain.points_mm.size() < kLeastPoints)
+  if (chain.points_mm.size() < kLeastChainPoints)
     return Refuse("outline", std::to_string(chain.points_mm.size()) + " points",
-                  "at least " + std::to_string(kLeastPoints));
+                  "at least " + std::to_string(kLeastChainPoints));
   chain.gap_before.assign(chain.points_mm.size(), false);
   chain.spacing_mm = UpperMedian(steps);
   TurnCounterClockwise(&chain);

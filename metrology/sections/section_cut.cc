@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPieces = 3000;  // of an outline
+constexpr double kOutlinePieces = 3000;  // of an outline
 
 // One triangle's piece of the cut, from one edge of the mesh to another.
 struct CutPiece {
@@ -103,7 +103,7 @@ absl::StatusOr<std::vector<std::vector<Vector2d>>> CutSurface(const Surface& sur
       const Vector3d a = section_from_part * pieces[index].ends_mm[begin];
       const Vector3d b = section_from_part * pieces[index].ends_mm[1 - begin];
       // Neither end itself: there two facets meet, maybe in a sharp edge.
-      const double count = std::floor((b - a).norm() / length_mm * kPieces) + ((b - a).norm() > 1e-4 ? 1 : 0);
+      const double count = std::floor((b - a).norm() / length_mm * kOutlinePieces) + ((b - a).norm() > 1e-4 ? 1 : 0);
       for (double k = 0.5; k < count; ++k)
         loop_mm.push_back(
             OnSurface(surface, part_from_section, (a + k / count * (b - a)).head<2>(), pieces[index].triangle));

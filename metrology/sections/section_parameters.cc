@@ -15,8 +15,6 @@ using P = SectionParameter;
 
 constexpr double kPeakReach = 0.04;  // of the outline's half: what a peak's parabola goes through
 
-double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
-
 double AngleOf(const Vector2d& along) { return std::atan2(along.y(), along.x()); }
 
 // From the leading to the trailing end.

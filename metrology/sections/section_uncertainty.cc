@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "metrology/frames/angles.h"
 #include "metrology/linear_algebra/symmetric.h"
 #include "metrology/parallel/loops.h"
 #include "metrology/statistics/distributions.h"
@@ -19,7 +20,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kNoiseDraws = 64, kFormDraws = 160;
-constexpr double kTurn = 6.283185307179586;
 
 // Of each node.
 struct Field {
@@ -71,7 +71,7 @@ std::vector<Field> FormFields(const Outline& outline, const FormError& form) {
     const double wanted = (static_cast<double>(draw) + 1) / kFormDraws;
     while (passed < wanted && choice + 1 < form.choices.size()) passed += form.choices[++choice].share;
     const double sigma = form.choices[choice].sigma_mm, length = form.choices[choice].length_mm;
-    const double unit = kTurn / outline.length_mm();
+    const double unit = kTurn_rad / outline.length_mm();
     std::vector<double> cosines, sines;
     double variance = 0;
     for (int k = 0; unit * k * length < 3.5; ++k) {
@@ -164,7 +164,9 @@ bool IsAngle(SectionParameter p) {
          p == SectionParameter::kStaggerTangent;
 }
 
-double Difference(SectionParameter p, double a, double b) { return IsAngle(p) ? std::remainder(a - b, kTurn) : a - b; }
+double Difference(SectionParameter p, double a, double b) {
+  return IsAngle(p) ? std::remainder(a - b, kTurn_rad) : a - b;
+}
 
 // Root mean square change. A draw in which the parameter is not measured counts for nothing, nor do a few in which it is another end's.
 double Spread(SectionParameter p, double value, const std::vector<SectionValues>& draws) {

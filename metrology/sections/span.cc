@@ -2,12 +2,12 @@
 
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kTurn = 6.283185307179586;
 using P = SectionParameter;
 
 absl::Status CheckNominal(const std::vector<MeasuredSection>& sections, const std::vector<SectionValues>& nominal) {
@@ -35,7 +35,7 @@ SpanValue Combined(P parameter, const std::vector<MeasuredSection>& sections, co
     own += weight * weight * (u.by_noise * u.by_noise + u.by_form * u.by_form);
     pose += weight * u.pose_columns;
   }
-  found.value = angle ? std::remainder(value, kTurn) : value;
+  found.value = angle ? std::remainder(value, kTurn_rad) : value;
   found.standard = std::sqrt(own + pose.squaredNorm());
   found.expanded = 2 * found.standard;
   return found;

@@ -15,9 +15,8 @@ namespace {
 constexpr double kMarginMm = 0.05;  // as the calibration's: what a laser spot blurs at an edge
 constexpr double kFirstReachMm = 0.4;
 constexpr double kLeastNoiseMm = 1e-5;
-constexpr int kMostIterations = 40;
-constexpr double kSettledMm = 1e-6;  // a thousandth of what counts, at 10 mm
-constexpr double kLeverMm = 10;
+constexpr int kMostFitIterations = 40;
+constexpr double kSettledMm = 1e-6;     // a thousandth of what counts, at 10 mm
 constexpr double kSettledSigma = 0.02;  // of the solution
 constexpr double kEnoughSigma =
     0.1;  // and where it will not settle further: a reading that comes and goes moves a weak direction most
@@ -101,13 +100,13 @@ Equations EquationsAt(const LineScan& scan, const Artefact& artefact, const Line
 absl::StatusOr<ArtefactFit> FitState(const LineScan& scan, const Artefact& artefact, const LineSensorOptics& optics,
                                      State state, Unknown unknown) {
   double reach_mm = kFirstReachMm, last_reach_mm = 0;
-  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+  for (int iteration = 0; iteration < kMostFitIterations; ++iteration) {
     const Equations eq = EquationsAt(scan, artefact, optics, state, unknown, reach_mm);
     if (eq.readings.size() < kFewestPoints)
       return Failed(scan.id, std::to_string(eq.readings.size()) + " points on the artefact, want at least 1000");
-    // Angles counted as their effect at kLeverMm.
+    // Angles counted as their effect at kArtefactLever_mm.
     Vector6d scale;
-    scale << Eigen::Vector3d::Constant(1 / kLeverMm), Eigen::Vector3d::Ones();
+    scale << Eigen::Vector3d::Constant(1 / kArtefactLever_mm), Eigen::Vector3d::Ones();
     const EigenSystem6 eigen = EigenSystemOf(Matrix6d(scale.asDiagonal() * eq.normal * scale.asDiagonal()));
     if (eigen.values(0) < kLeastDetermined * eigen.values(5))
       return Failed(scan.id, "its points do not determine the pose, want cones in view");
@@ -115,9 +114,9 @@ absl::StatusOr<ArtefactFit> FitState(const LineScan& scan, const Artefact& artef
     state = Moved(state, step, unknown);
     const double sigma_mm = std::max(kLeastNoiseMm, RobustSigmaOfMagnitudes(eq.readings));
     // Points at the gate may come and go for ever: what they move is nothing beside the pose's own uncertainty.
-    const bool settled = std::max(kLeverMm * step.head<3>().norm(), step.tail<3>().norm()) < kSettledMm ||
+    const bool settled = std::max(kArtefactLever_mm * step.head<3>().norm(), step.tail<3>().norm()) < kSettledMm ||
                          std::sqrt(step.dot(eq.normal * step)) <
-                             (iteration < kMostIterations / 2 ? kSettledSigma : kEnoughSigma) * sigma_mm;
+                             (iteration < kMostFitIterations / 2 ? kSettledSigma : kEnoughSigma) * sigma_mm;
     if (settled && reach_mm == last_reach_mm) {
       double squares = 0;
       for (const double r : eq.readings) squares += r * r;
@@ -128,7 +127,7 @@ absl::StatusOr<ArtefactFit> FitState(const LineScan& scan, const Artefact& artef
     }
     last_reach_mm = reach_mm;
     // Frozen after some.
-    if (iteration < kMostIterations / 4) reach_mm = std::clamp(5 * sigma_mm, 5e-5, kFirstReachMm);
+    if (iteration < kMostFitIterations / 4) reach_mm = std::clamp(5 * sigma_mm, 5e-5, kFirstReachMm);
   }
   return Failed(scan.id, "the pose does not settle, want a scan without so many stray points");
 }

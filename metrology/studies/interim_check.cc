@@ -18,9 +18,9 @@ namespace {
 constexpr double kProbability = 0.95;  // one-sided
 
 // New series and one of the calibration's.
-using Cell = std::pair<std::string, std::string>;
+using SeriesPair = std::pair<std::string, std::string>;
 
-Cell CellOf(const CheckedScan& scan, const std::vector<ReferenceScan>& references) {
+SeriesPair SeriesOf(const CheckedScan& scan, const std::vector<ReferenceScan>& references) {
   return {scan.arm_series, references[scan.reference].arm_series};
 }
 
@@ -48,13 +48,13 @@ struct Apart {
 };
 
 Apart MeanOf(const std::vector<CheckedScan>& scans, const std::vector<ReferenceScan>& references,
-             const std::map<Cell, Matrix6d>& information) {
+             const std::map<SeriesPair, Matrix6d>& information) {
   Apart mean;
   std::map<std::size_t, Matrix6d> of_scan, of_reference;  // what each weighs, in all pairs
   std::map<std::size_t, Matrix6d> noise_of_scan;
   for (const CheckedScan& scan : scans) {
     const ArtefactFit& reference = references[scan.reference].fit;
-    const Matrix6d weight = Inverse(information.at(CellOf(scan, references))) * Inverse(scan.fit.covariance) /
+    const Matrix6d weight = Inverse(information.at(SeriesOf(scan, references))) * Inverse(scan.fit.covariance) /
                             static_cast<double>(information.size());
     Vector6d apart;
     apart << VectorFromRotation(scan.fit.sensor.rotation * reference.sensor.rotation.transpose()),
@@ -88,10 +88,10 @@ absl::StatusOr<InterimCheck> CheckInterim(const std::vector<CheckedScan>& scans,
                                           const std::vector<ReferenceScan>& references,
                                           const InterimCheckOptions& options) {
   if (absl::Status s = CheckScans(scans, references); !s.ok()) return s;
-  std::map<Cell, Matrix6d> information;
+  std::map<SeriesPair, Matrix6d> information;
   std::set<std::string> now, then;
   for (const CheckedScan& scan : scans) {
-    const Cell cell = CellOf(scan, references);
+    const SeriesPair cell = SeriesOf(scan, references);
     information.try_emplace(cell, Matrix6d::Zero()).first->second += Inverse(scan.fit.covariance);
     now.insert(cell.first);
     then.insert(cell.second);

@@ -13,7 +13,7 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr int kMostIterations = 50;
+constexpr int kMostSphereIterations = 50;
 constexpr double kOtherUnit = 0.1;
 constexpr std::size_t kFewestOptical = 1000, kFewestOfPlane = 100;
 
@@ -106,7 +106,7 @@ absl::StatusOr<FittedSphere> Fit(const Points& points_mm) {
   Eigen::VectorXd residual(n);
   Eigen::MatrixX4d jacobian(n, 4);
   bool settled = false;
-  for (int iteration = 0; iteration < kMostIterations && !settled; ++iteration) {
+  for (int iteration = 0; iteration < kMostSphereIterations && !settled; ++iteration) {
     for (Eigen::Index i = 0; i < n; ++i) {
       const Eigen::Vector3d d = points_mm[i] - middle - centre;
       residual(i) = d.norm() - radius;

@@ -23,7 +23,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kGreatestCoordinateMm = 1e7;
 constexpr std::size_t kGreatestTriangleCount = 100'000'000;
 constexpr std::size_t kTurn = std::size_t{1} << 14;   // of them that a thread takes at a time
 constexpr std::size_t kAhead = 24;                    // points fetched early
