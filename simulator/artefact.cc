@@ -2,10 +2,12 @@
 
 #include <cmath>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::simulator {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 
 // The nearest hit beyond a distance and within the limit.
 class Nearest {
@@ -28,7 +30,7 @@ class Nearest {
 }  // namespace
 
 double ArtefactGeometry::cone_depth_mm() const {
-  return (cone_top_radius_mm - cone_bottom_radius_mm) / std::tan(cone_half_angle_deg * kDegree);
+  return (cone_top_radius_mm - cone_bottom_radius_mm) / std::tan(cone_half_angle_deg * kRadPerDeg);
 }
 
 ArtefactShape::ArtefactShape(ArtefactGeometry geometry) : geometry_(std::move(geometry)) {
@@ -64,7 +66,7 @@ std::optional<Hit> ArtefactShape::Intersect(const Ray& ray, double limit_mm) con
     if (((o + floor_t * d).head<2>() - centre).norm() <= geometry_.cone_bottom_radius_mm)
       inside.Offer(floor_t, Eigen::Vector3d::UnitZ());
     // |p - centre|^2 = (top + slope z)^2 along the ray; slope = tan(half angle).
-    const double slope = std::tan(geometry_.cone_half_angle_deg * kDegree);
+    const double slope = std::tan(geometry_.cone_half_angle_deg * kRadPerDeg);
     const Eigen::Vector2d from = o.head<2>() - centre;
     const double radius = geometry_.cone_top_radius_mm + slope * o.z();
     const double a = d.head<2>().squaredNorm() - slope * slope * d.z() * d.z();

@@ -5,14 +5,15 @@
 #include <cmath>
 #include <cstring>
 
+#include "metrology/frames/angles.h"
 #include "simulator/random.h"
 #include "simulator/ray_tracer.h"
 
 namespace sixpoint::simulator {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegree = kPi / 180;
+using metrology::kPi;
+using metrology::kRadPerDeg;
 // No datum point nearer to a hole than this, nor to the tip's or the root's edge.
 constexpr double kDatumFromHole_mm = 5;
 constexpr double kDatumFromEdge_mm = 5;
@@ -36,7 +37,7 @@ std::vector<DesignedHoleGroup> DesignHoles(const Airfoil& airfoil, const Triangl
   std::vector<DesignedHoleGroup> groups;
   const double span = airfoil.design().span_mm;
   for (const HoleGroupDesign& plan : designs) {
-    const double turn = plan.turn_deg * kDegree;
+    const double turn = plan.turn_deg * kRadPerDeg;
     DesignedHoleGroup group;
     group.name = plan.name;
     group.diameter_mm = plan.diameter_mm;
@@ -45,13 +46,13 @@ std::vector<DesignedHoleGroup> DesignHoles(const Airfoil& airfoil, const Triangl
     // The group's axis: the normal at mid span, leaned about the span and about the chord.
     const Eigen::Vector3d normal = airfoil.Normal(turn, span / 2);
     const Eigen::Vector3d across = Eigen::Vector3d::UnitZ().cross(normal).normalized();
-    group.axis = (Eigen::AngleAxisd(-plan.lean_deg * kDegree, Eigen::Vector3d::UnitZ()) *
-                  Eigen::AngleAxisd(-plan.span_lean_deg * kDegree, across) * normal)
+    group.axis = (Eigen::AngleAxisd(-plan.lean_deg * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
+                  Eigen::AngleAxisd(-plan.span_lean_deg * kRadPerDeg, across) * normal)
                      .normalized();
     const Eigen::Vector3d v = zero_from_part * group.axis;
     const double b = std::atan2(v.y(), v.z());
-    group.b_nominal_deg = b / kDegree;
-    group.a_nominal_deg = std::atan2(-v.x(), v.y() * std::sin(b) + v.z() * std::cos(b)) / kDegree;
+    group.b_nominal_deg = b / kRadPerDeg;
+    group.a_nominal_deg = std::atan2(-v.x(), v.y() * std::sin(b) + v.z() * std::cos(b)) / kRadPerDeg;
     for (int k = 0; k < plan.holes; ++k) {
       const double z = span * (0.26 + 0.5 * k / (plan.holes - 1));
       group.holes.push_back({"H" + std::to_string(k + 1), OnSurface(surface, airfoil.Point(turn, z), group.axis),
@@ -78,8 +79,8 @@ std::vector<DesignedDatum> ChooseDatums(const Airfoil& airfoil, const TriangleSh
     if (turn_deg > 140 && turn_deg < 220) continue;  // the trailing edge is too sharp for a local surface
     for (int k = 0; k <= 6; ++k) {
       const double z = kDatumFromEdge_mm + (span - 2 * kDatumFromEdge_mm) * k / 6;
-      const Eigen::Vector3d normal = airfoil.Normal(turn_deg * kDegree, z);
-      const Eigen::Vector3d point = OnSurface(surface, airfoil.Point(turn_deg * kDegree, z), normal);
+      const Eigen::Vector3d normal = airfoil.Normal(turn_deg * kRadPerDeg, z);
+      const Eigen::Vector3d point = OnSurface(surface, airfoil.Point(turn_deg * kRadPerDeg, z), normal);
       bool clear = true;
       for (const auto& group : groups)
         for (const auto& hole : group.holes) clear = clear && (hole.start_mm - point).norm() > kDatumFromHole_mm;
@@ -126,7 +127,7 @@ Eigen::Vector3d Airfoil::Point(double turn_rad, double z_mm) const {
   const Eigen::Vector2d across = Eigen::Vector2d(-slope, 1) / std::hypot(slope, 1);
   const Eigen::Vector2d section =
       Eigen::Vector2d((u - 0.5) * chord, 4 * camber * (u * (1 - u) - 1.0 / 6)) + half_thickness * across;
-  const double twist = (d.root_twist_deg + (d.tip_twist_deg - d.root_twist_deg) * s) * kDegree;
+  const double twist = (d.root_twist_deg + (d.tip_twist_deg - d.root_twist_deg) * s) * kRadPerDeg;
   const Eigen::Vector2d turned = Eigen::Rotation2Dd(twist) * section;
   return {turned.x(), turned.y() + d.lean_mm * s * s, z_mm};
 }

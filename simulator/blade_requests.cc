@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "metrology/frames/angles.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/retry.h"
 
@@ -121,11 +122,11 @@ double WorstPlace_um(const Eigen::Isometry3d& one, const Eigen::Isometry3d& othe
 
 double WorstStart_um(const correction::v1::Correction& correction, const DesignedPart& part, const MachineTruth& truth,
                      const Eigen::Isometry3d& zero_from_part) {
-  constexpr double kDegree = 3.14159265358979323846 / 180;
+  using metrology::kRadPerDeg;
   double worst = 0;
   for (const correction::v1::CorrectedGroup& group : correction.groups()) {
     const Eigen::Isometry3d machine_from_part =
-        truth.axes.MachineFromZero(group.a_deg() * kDegree, group.b_deg() * kDegree) * zero_from_part;
+        truth.axes.MachineFromZero(group.a_deg() * kRadPerDeg, group.b_deg() * kRadPerDeg) * zero_from_part;
     for (const DesignedHoleGroup& designed : part.hole_groups)
       for (std::size_t i = 0; designed.name == group.group() && i < designed.holes.size(); ++i) {
         const geometry::v1::Point& start = group.holes(static_cast<int>(i)).start_mm();

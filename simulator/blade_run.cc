@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "metrology/frames/angles.h"
 #include "services/runtime/geometry_proto.h"
 #include "simulator/blade_requests.h"
 #include "simulator/fixture.h"
@@ -17,9 +18,8 @@
 namespace sixpoint::simulator {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 constexpr double kPinStandsOut_mm = 2.5;
-
 using Clock = std::chrono::steady_clock;
 double SecondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -143,7 +143,7 @@ class BladeRun {
     if (!t_sm.ok()) return t_sm.status();
     result_.sensor_angle_error_deg =
         metrology::VectorFromRotation(rotation * truth_.machine_from_sensor.transpose()).cwiseAbs().maxCoeff() /
-        kDegree;
+        kRadPerDeg;
     result_.t_sm_error_um = 1e3 * (*t_sm - truth_.t_sm_mm).norm();
     Say(Text("sensor calibrated: %.4f deg and %.2f um from the truth", result_.sensor_angle_error_deg,
              result_.t_sm_error_um));
@@ -160,7 +160,6 @@ class BladeRun {
     if (!calibration.ok()) return calibration.status();
     result_.calibrate_s += SecondsSince(start);
     result_.rotation_calibration = *calibration;
-
     auto a = runtime::FromProto("a_axis", calibration->rotation().a_axis());
     if (!a.ok()) return a.status();
     auto b = runtime::FromProto("b_axis", calibration->rotation().b_axis());
@@ -168,8 +167,9 @@ class BladeRun {
     const metrology::RotaryAxes axes{*a, *b};
     for (int a_deg = -50; a_deg <= 50; a_deg += 25)
       for (int b_deg = 0; b_deg < 360; b_deg += 45) {
-        const Eigen::Isometry3d found = axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * zero_from_part_;
-        const Eigen::Isometry3d is = truth_.axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * zero_from_part_;
+        const Eigen::Isometry3d found = axes.MachineFromZero(a_deg * kRadPerDeg, b_deg * kRadPerDeg) * zero_from_part_;
+        const Eigen::Isometry3d is =
+            truth_.axes.MachineFromZero(a_deg * kRadPerDeg, b_deg * kRadPerDeg) * zero_from_part_;
         result_.axes_error_um = std::max(result_.axes_error_um, WorstPlace_um(found, is, checked_points_mm_));
       }
     Say(Text("rotary axes identified: %.2f um from the truth at worst over the part", result_.axes_error_um));
@@ -194,7 +194,7 @@ class BladeRun {
     const double a_deg = scan_plan.a_deg, b_deg = scan_plan.b_deg;
     Scene scene = BladeScene(blade_shapes_, truth_, zero_from_part_, a_deg, b_deg);
     for (const Eigen::Isometry3d& neighbour : neighbours_)
-      scene.Add(blade_shapes_.front(), truth_.axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * neighbour);
+      scene.Add(blade_shapes_.front(), truth_.axes.MachineFromZero(a_deg * kRadPerDeg, b_deg * kRadPerDeg) * neighbour);
     return scene;
   }
 

@@ -4,12 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "metrology/frames/angles.h"
 #include "metrology/parallel/loops.h"
 
 namespace sixpoint::simulator {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 // A surface seen flatter than this reflects nothing back (cosine between ray and normal).
 constexpr double kGrazing = 0.2;
 // The line is 2 (mid_range - z) tan(10 deg) long: 19.7 mm at the near end of what is used, z = 10.
@@ -24,14 +25,14 @@ Eigen::Vector3d Tilted(const Eigen::Vector3d& direction, const Eigen::Vector3d& 
 MachineTruth MountedByHand(const MachineDesign& design, std::uint64_t seed) {
   Random random(seed);
   MachineTruth truth;
-  const Eigen::Vector3d turn = random.UniformVector(0.5 * kDegree);
+  const Eigen::Vector3d turn = random.UniformVector(0.5 * kRadPerDeg);
   truth.machine_from_sensor = metrology::RotationFromCardan({turn.x(), turn.y(), turn.z()});
   truth.t_sm_mm = design.t_sm_mm + random.UniformVector(0.4);
   const Eigen::Vector3d centre = design.centre_mm + random.UniformVector(0.05);
-  truth.axes.a = {Tilted(Eigen::Vector3d::UnitY(), random.UniformVector(0.01 * kDegree)), centre};
+  truth.axes.a = {Tilted(Eigen::Vector3d::UnitY(), random.UniformVector(0.01 * kRadPerDeg)), centre};
   const Eigen::Vector3d apart = random.UniformVector(0.02);
-  truth.axes.b = {Tilted(Eigen::Vector3d::UnitX(), random.UniformVector(0.01 * kDegree)), centre + apart};
-  const Eigen::Vector3d laid = random.UniformVector(0.5 * kDegree);
+  truth.axes.b = {Tilted(Eigen::Vector3d::UnitX(), random.UniformVector(0.01 * kRadPerDeg)), centre + apart};
+  const Eigen::Vector3d laid = random.UniformVector(0.5 * kRadPerDeg);
   truth.machine_from_artefact = Eigen::Isometry3d::Identity();
   truth.machine_from_artefact.linear() = metrology::RotationFromVector(laid);
   truth.machine_from_artefact.translation() = design.artefact_mm + random.UniformVector(0.3);
@@ -42,7 +43,7 @@ MachineTruth MountedByHand(const MachineDesign& design, std::uint64_t seed) {
 Eigen::Isometry3d ClampedByHand(const DesignedPart& part, double shift_mm, double turn_deg, std::uint64_t seed) {
   Random random(seed);
   const Eigen::Vector3d axis = random.GaussianVector().normalized(), way = random.GaussianVector().normalized();
-  const double turn = random.Uniform(0.4, 1) * turn_deg * kDegree, shift = random.Uniform(0.4, 1) * shift_mm;
+  const double turn = random.Uniform(0.4, 1) * turn_deg * kRadPerDeg, shift = random.Uniform(0.4, 1) * shift_mm;
   metrology::Vector6d moved;
   moved << turn * axis, shift * way;
   const Eigen::Vector3d middle = part.zero_from_part_nominal * Eigen::Vector3d(0, 0, part.airfoil.span_mm / 2);
@@ -58,7 +59,7 @@ Scene ArtefactScene(const ArtefactGeometry& artefact, const MachineTruth& truth)
 Scene BladeScene(const std::vector<std::shared_ptr<const Shape>>& shapes, const MachineTruth& truth,
                  const Eigen::Isometry3d& zero_from_part, double a_deg, double b_deg) {
   const Eigen::Isometry3d machine_from_part =
-      truth.axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * zero_from_part;
+      truth.axes.MachineFromZero(a_deg * kRadPerDeg, b_deg * kRadPerDeg) * zero_from_part;
   Scene scene;
   for (const auto& shape : shapes) scene.Add(shape, machine_from_part);
   return scene;
@@ -77,7 +78,7 @@ ScanProfiles Scan(const Scene& scene, const MachineTruth& truth, const ScannerDe
   // The laser's source, in the laser plane of the sensor frame (y, z).
   const double stand_off = scanner.mid_range_mm;
   std::vector<Eigen::Vector3d> fan;
-  const double half_angle = 0.5 * scanner.line_angle_deg * kDegree;
+  const double half_angle = 0.5 * scanner.line_angle_deg * kRadPerDeg;
   for (int column = 0; column < columns; ++column) {
     const double angle = half_angle * (2 * (column + 0.5) / columns - 1);
     fan.emplace_back(0, std::sin(angle), -std::cos(angle));
@@ -125,7 +126,7 @@ std::vector<ProbedSphere> ProbeSphere(const MachineTruth& truth, double noise_um
   const auto probe = [&](double a_deg, double b_deg, bool held_out) {
     const auto [a_reached_deg, b_reached_deg] = reached ? reached(a_deg, b_deg) : std::pair(a_deg, b_deg);
     const Eigen::Vector3d centre =
-        truth.axes.MachineFromZero(a_reached_deg * kDegree, b_reached_deg * kDegree) * truth.sphere_in_zero_mm;
+        truth.axes.MachineFromZero(a_reached_deg * kRadPerDeg, b_reached_deg * kRadPerDeg) * truth.sphere_in_zero_mm;
     poses.push_back({a_deg, b_deg, centre + 1e-3 * noise_um * random.GaussianVector(), held_out});
   };
   for (int a = -60; a <= 60; a += 24)
@@ -154,7 +155,7 @@ Eigen::Isometry3d MachineFromPartNominal(const DesignedPart& part, const Machine
                                          double b_deg) {
   metrology::RotaryAxes ideal;
   ideal.a.point_mm = ideal.b.point_mm = design.centre_mm;
-  return ideal.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * part.zero_from_part_nominal;
+  return ideal.MachineFromZero(a_deg * kRadPerDeg, b_deg * kRadPerDeg) * part.zero_from_part_nominal;
 }
 
 ScanPlan PlanStrip(const DesignedPart& part, const MachineDesign& design, double pitch_mm, double a_deg, double b_deg,
@@ -205,8 +206,8 @@ DrilledHole Drill(const DesignedPart& part, const DesignedHoleGroup& group, cons
                   const MachineTruth& truth, const Eigen::Isometry3d& zero_from_part, const DrillCommand& command,
                   const DrillingError& error, Random random) {
   const Eigen::Isometry3d part_from_machine =
-      (truth.axes.MachineFromZero(command.a_deg * kDegree, command.b_deg * kDegree) * zero_from_part).inverse();
-  const Eigen::Vector3d wobble = error.direction_sigma_deg * kDegree * random.GaussianVector();
+      (truth.axes.MachineFromZero(command.a_deg * kRadPerDeg, command.b_deg * kRadPerDeg) * zero_from_part).inverse();
+  const Eigen::Vector3d wobble = error.direction_sigma_deg * kRadPerDeg * random.GaussianVector();
   const Eigen::Vector3d axis = part_from_machine.linear() * Tilted(Eigen::Vector3d::UnitZ(), wobble);
   const Eigen::Vector3d through =
       part_from_machine *
@@ -220,7 +221,7 @@ DrilledHole Drill(const DesignedPart& part, const DesignedHoleGroup& group, cons
   const auto hit = surface.Intersect({outside, -axis}, 8);
   drilled.start_in_part_mm = hit ? Eigen::Vector3d(outside - hit->distance_mm * axis) : through;
   drilled.position_error_mm = (drilled.start_in_part_mm - hole.start_mm).norm();
-  drilled.inclination_error_deg = std::atan2(axis.cross(group.axis).norm(), axis.dot(group.axis)) / kDegree;
+  drilled.inclination_error_deg = std::atan2(axis.cross(group.axis).norm(), axis.dot(group.axis)) / kRadPerDeg;
   return drilled;
 }
 

@@ -5,10 +5,12 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::simulator {
 
 std::string NominalProgram(const DesignedPart& part, const MachineDesign& design) {
-  constexpr double kDegree = 3.14159265358979323846 / 180;
+  using metrology::kRadPerDeg;
   constexpr double kClearOfCentre_mm = 120;
   metrology::RotaryAxes ideal;
   ideal.a.point_mm = ideal.b.point_mm = design.centre_mm;
@@ -19,7 +21,7 @@ std::string NominalProgram(const DesignedPart& part, const MachineDesign& design
   for (const DesignedHoleGroup& group : part.hole_groups) {
     for (const DesignedHole& hole : group.holes) {
       const Eigen::Vector3d start =
-          ideal.MachineFromZero(group.a_nominal_deg * kDegree, group.b_nominal_deg * kDegree) *
+          ideal.MachineFromZero(group.a_nominal_deg * kRadPerDeg, group.b_nominal_deg * kRadPerDeg) *
           part.zero_from_part_nominal * hole.start_mm;
       char line[400];
       const std::string mark = "(SIXPOINT " + group.name + "/" + hole.name + ")";

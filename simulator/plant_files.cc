@@ -8,15 +8,16 @@
 #include <system_error>
 
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/frames/angles.h"
 #include "simulator/plant_scans.h"
 
 namespace sixpoint::simulator {
 namespace {
 
+using metrology::kRadPerDeg;
 using nlohmann::json;
-constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kProbeNoise_um = 1;
-enum Stream : std::uint64_t { kTouch = 300, kSphere, kRunA, kRunB };
+enum FileStream : std::uint64_t { kTouch = 300, kSphere, kRunA, kRunB };
 
 json ListOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 json ListOf(const metrology::Points& points) {
@@ -68,7 +69,7 @@ class PlantWriter {
   }
 
  private:
-  std::uint64_t SeedOf(Stream stream) const { return Random::StreamSeed(world_.seed, stream); }
+  std::uint64_t SeedOf(FileStream stream) const { return Random::StreamSeed(world_.seed, stream); }
 
   absl::Status Save(const std::string& name, const std::string& bytes) const {
     std::ofstream file(folder_ / name, std::ios::binary | std::ios::trunc);
@@ -210,7 +211,7 @@ class PlantWriter {
     return out;
   }
 
-  json RunOf(const AxisError& axis, Stream stream) const {
+  json RunOf(const AxisError& axis, FileStream stream) const {
     const EncoderRun run = RunAxis(axis, world_.errors.encoder_noise_deg, Random(SeedOf(stream)));
     return {{"commanded_deg", run.commanded_deg}, {"direction", run.direction}, {"error_deg", run.error_deg}};
   }
@@ -275,7 +276,8 @@ class PlantWriter {
     for (const PlannedScan& scan : planned) {
       const MachineTruth during = stage.During(scan);
       const Eigen::Vector3d turn =
-          metrology::VectorFromRotation(during.machine_from_sensor * truth.machine_from_sensor.transpose()) / kDegree;
+          metrology::VectorFromRotation(during.machine_from_sensor * truth.machine_from_sensor.transpose()) /
+          kRadPerDeg;
       swings[scan.series.empty() ? scan.id : scan.series] = {
           {"turn_deg", ListOf(turn)}, {"shift_mm", ListOf(Eigen::Vector3d(during.t_sm_mm - truth.t_sm_mm))}};
     }

@@ -6,13 +6,12 @@
 namespace sixpoint::simulator {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr int kArmScans = 8;
 constexpr double kPinStandsOut_mm = 2.5;
 constexpr double kTipUp_deg = -50;  // of A
 // The scanner goes on beyond the part: what else is in the fixture comes into its scans.
 constexpr double kBeyond_mm = 3;
-enum Stream : std::uint64_t {
+enum ScanStream : std::uint64_t {
   kSwing = 100,
   kApproach = 200,
   kNoise = 1000,
@@ -27,7 +26,7 @@ std::uint64_t NameStream(const std::string& name) {
   return hash;
 }
 
-Random StreamOf(const PlantWorld& world, Stream stream, std::uint64_t within) {
+Random StreamOf(const PlantWorld& world, ScanStream stream, std::uint64_t within) {
   return Random(Random::StreamSeed(Random::StreamSeed(world.seed, stream), within));
 }
 

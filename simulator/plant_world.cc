@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::simulator {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegree = kPi / 180;
+using metrology::kPi;
+using metrology::kRadPerDeg;
 // Streams of a plant's seed: nothing that is drawn depends on what is drawn elsewhere.
-enum Stream : std::uint64_t {
+enum WorldStream : std::uint64_t {
   kErrors = 1,
   kBlade,
   kMachine,
@@ -93,7 +95,7 @@ Eigen::Isometry3d PlantWorld::ZeroFromPartAt20() const {
 }
 
 PlantWorld DrawPlant(std::uint64_t seed, const std::set<std::string>& without) {
-  const auto stream = [seed](Stream which) { return Random::StreamSeed(seed, which); };
+  const auto stream = [seed](WorldStream which) { return Random::StreamSeed(seed, which); };
   PlantWorld world;
   world.seed = seed;
   world.errors = DrawErrors(stream(kErrors), without);
@@ -124,7 +126,7 @@ PlantWorld DrawPlant(std::uint64_t seed, const std::set<std::string>& without) {
       DrillCommand command;
       std::tie(command.a_deg, command.b_deg) = world.Reached_deg(corrections[g].a_deg, corrections[g].b_deg);
       // In part coordinates at 20 C the warm part is as drawn.
-      command.start_mm = world.truth.axes.MachineFromZero(command.a_deg * kDegree, command.b_deg * kDegree) *
+      command.start_mm = world.truth.axes.MachineFromZero(command.a_deg * kRadPerDeg, command.b_deg * kRadPerDeg) *
                          world.zero_from_part * hole.start_mm;
       world.drilled.push_back(Drill(world.part, group, hole, world.truth, world.zero_from_part, command, drilling,
                                     Random(Random::StreamSeed(stream(kDrilling), hole_index++))));
@@ -141,8 +143,8 @@ std::vector<TrueCorrection> TrueCorrections(const PlantWorld& world, const Eigen
     out.group = group.name;
     const Eigen::Vector3d v = zero_from_part.linear() * group.axis;
     double b = std::atan2(v.y(), v.z()), a = std::atan2(-v.x(), v.y() * std::sin(b) + v.z() * std::cos(b));
-    out.ideal_a_deg = a / kDegree;
-    out.ideal_b_deg = b / kDegree;
+    out.ideal_a_deg = a / kRadPerDeg;
+    out.ideal_b_deg = b / kRadPerDeg;
     // Newton on what is left across Z.
     for (int i = 0; i < 20; ++i) {
       const auto across = [&](double at_a, double at_b) -> Eigen::Vector2d {
@@ -156,7 +158,7 @@ std::vector<TrueCorrection> TrueCorrections(const PlantWorld& world, const Eigen
       a -= step.x();
       b -= step.y();
     }
-    const double a_wanted_deg = a / kDegree, b_wanted_deg = b / kDegree;
+    const double a_wanted_deg = a / kRadPerDeg, b_wanted_deg = b / kRadPerDeg;
     out.a_deg = a_wanted_deg;
     out.b_deg = b_wanted_deg;
     for (int i = 0; i < 50; ++i) {  // an axis's error changes by less than a tenth of a command's change

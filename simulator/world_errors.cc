@@ -2,11 +2,13 @@
 
 #include <cmath>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::simulator {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegree = kPi / 180;
+using metrology::kPi;
+using metrology::kRadPerDeg;
 
 // Anywhere within a circle, of that standard deviation a component.
 Eigen::Vector2d InCircle(double standard, Random* random) {
@@ -69,7 +71,7 @@ AxisError AxisError::Draw(double greatest_reversal_deg, Random random) {
 }
 
 double AxisError::At_deg(double command_deg, bool upwards) const {
-  const double angle = command_deg * kDegree;
+  const double angle = command_deg * kRadPerDeg;
   const double reversal = reversal_deg * (1 + reversal_share * std::cos(angle + reversal_phase_rad));
   const double tooth = worm_teeth * angle + worm_phase_rad;
   return (upwards ? 0.5 : -0.5) * reversal + worm_deg * (std::cos(tooth) + std::cos(2 * tooth) / 3) +
@@ -102,7 +104,7 @@ ArmPlay ArmPlay::Draw(Random random) {
 metrology::Vector6d ArmPlay::Swing(Random random) const {
   metrology::Vector6d swing;
   const Eigen::Vector3d turn = random.GaussianVector(), shift = random.GaussianVector();
-  swing << kDegree * turn_deg.cwiseProduct(turn), 1e-3 * shift_um.cwiseProduct(shift);
+  swing << kRadPerDeg * turn_deg.cwiseProduct(turn), 1e-3 * shift_um.cwiseProduct(shift);
   return swing;
 }
 
@@ -120,7 +122,7 @@ Warmth Warmth::Draw(Random random) {
 }
 
 Eigen::Vector2d PinPlay::Off_mm(Random* random) const { return InCircle(1e-3 * clearance_um, random); }
-Eigen::Vector2d PinPlay::Tilt_rad(Random* random) const { return InCircle(tilt_deg * kDegree, random); }
+Eigen::Vector2d PinPlay::Tilt_rad(Random* random) const { return InCircle(tilt_deg * kRadPerDeg, random); }
 
 SmoothForm::SmoothForm(Random random) {
   constexpr int kWaves = 40;

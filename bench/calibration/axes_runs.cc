@@ -2,16 +2,16 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 
 #include "bench/calibration/runs.h"
 #include "metrology/calibration/rotation_calibration.h"
+#include "metrology/frames/angles.h"
 #include "simulator/machine.h"
 
 namespace sixpoint::bench {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
+using metrology::kRadPerDeg;
 constexpr double kProbeNoise_um = 1;
 using Vector8d = Eigen::Matrix<double, 8, 1>;
 
@@ -83,18 +83,14 @@ void RunAxes(const RunOptions& options, Figures* figures) {
     const simulator::MachineTruth truth = simulator::MountedByHand(design, 5000 + seed);
     std::vector<metrology::SpherePose> poses;
     for (const simulator::ProbedSphere& p : simulator::ProbeSphere(truth, kProbeNoise_um, 9000 + seed))
-      poses.push_back({p.a_deg * kDegree, p.b_deg * kDegree, p.centre_mm, p.held_out});
+      poses.push_back({p.a_deg * kRadPerDeg, p.b_deg * kRadPerDeg, p.centre_mm, p.held_out});
     metrology::RotationOptions rotation;  // the uncertainty is not stated: the residuals show it
     rotation.nominal.a.point_mm = rotation.nominal.b.point_mm = design.centre_mm;
     const auto begin = std::chrono::steady_clock::now();
     const auto found = metrology::CalibrateRotation(poses, rotation);
     worst_s = std::max(worst_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
     const auto paper = metrology::CalibratePointC(poses, rotation);
-    if (!found.ok() || !paper.ok()) {
-      std::fprintf(stderr, "bench/run calibration: %s\n",
-                   std::string((found.ok() ? paper.status() : found.status()).message()).c_str());
-      std::exit(1);
-    }
+    if (!found.ok() || !paper.ok()) Stop(found.ok() ? paper.status() : found.status());
     const metrology::AxesCovariance bound = BoundOf(truth, poses, found->axes);
     lines.Add(ErrorOf(found->axes, truth.axes), bound, found->covariance);
     point_c.Add(ErrorOf(paper->axes, truth.axes), bound, paper->covariance);

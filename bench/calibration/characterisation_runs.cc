@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 
 #include "bench/calibration/runs.h"
 #include "metrology/parallel/loops.h"
@@ -28,10 +27,7 @@ void RunCharacterisation(const RunOptions& options, Figures* figures) {
                        {"mean", "reversal", "cos 1", "sin 1", "cos 2", "sin 2", "cos 3", "sin 3", "cos 90", "sin 90"});
   int right = 0;
   for (const auto& run : found) {
-    if (!run.ok()) {
-      std::fprintf(stderr, "bench/run calibration: %s\n", std::string(run.status().message()).c_str());
-      std::exit(1);
-    }
+    if (!run.ok()) Stop(run.status());
     const auto error = truth.ErrorOf(*run);
     if (!error) continue;  // other orders than the truth's: other parameters
     ++right;

@@ -11,9 +11,7 @@
 namespace sixpoint::bench {
 namespace {
 
-constexpr double kTouchNoise_um = 1;
-
-struct Outcome {
+struct ExtractionOutcome {
   std::string refusal, moved_refusal;  // of the clean scans, of the soiled ones
   metrology::Vector6d error, moved;
   metrology::Matrix6d bound, reported;
@@ -27,11 +25,11 @@ void RunExtraction(const RunOptions& options, Figures* figures) {
   const simulator::ArtefactGeometry geometry;
   const metrology::Artefact record = RecordOf(geometry);
   const simulator::ScannerDesign scanner = design.scanner;
-  std::vector<Outcome> outcomes(static_cast<std::size_t>(seeds));
+  std::vector<ExtractionOutcome> outcomes(static_cast<std::size_t>(seeds));
   metrology::ForEach(seeds, options.threads, [&](std::size_t seed) {
     ShopScans shop = ScanInTheShop(design, geometry, static_cast<int>(seed));
     const simulator::MachineTruth& truth = shop.truth;
-    Outcome& outcome = outcomes[seed];
+    ExtractionOutcome& outcome = outcomes[seed];
     Matrix12d information = Matrix12d::Zero();
     for (const TracedScan& traced : shop.traced)
       information += 1e6 / (scanner.noise_um * scanner.noise_um) * traced.information;
@@ -58,7 +56,7 @@ void RunExtraction(const RunOptions& options, Figures* figures) {
   int found_clean = 0, found = 0, within = 0;
   double worst_moved = 0;
   std::map<std::string, int> refusals;
-  for (const Outcome& outcome : outcomes) {
+  for (const ExtractionOutcome& outcome : outcomes) {
     found_clean += outcome.refusal.empty();
     found += outcome.moved_refusal.empty();
     if (!outcome.refusal.empty()) ++refusals["clean: " + outcome.refusal];

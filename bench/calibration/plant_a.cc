@@ -11,17 +11,13 @@
 #include "bench/calibration/traced_scan.h"
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/sensor_calibration.h"
+#include "metrology/frames/angles.h"
 
 namespace sixpoint::bench {
 namespace {
 
+using metrology::kRadPerDeg;
 using nlohmann::json;
-constexpr double kDegree = M_PI / 180;
-
-[[noreturn]] void Stop(const std::string& why) {
-  std::fprintf(stderr, "bench/run calibration: %s\n", why.c_str());
-  std::exit(1);
-}
 
 // Root mean square of the touched coordinates that a calibration uses, about the truth.
 double TouchNoise(const metrology::Artefact& artefact, const metrology::ArtefactTouch& touch,
@@ -71,7 +67,7 @@ void RunPlantA(const RunOptions& options, Figures* figures) {
   const std::vector<metrology::LineScan> scans{LoadScan(options.plant, data, "artefact_1"),
                                                LoadScan(options.plant, data, "artefact_2")};
   const auto found = metrology::CalibrateSensor(scans, artefact, touch, calibration);
-  if (!found.ok()) Stop(std::string(found.status().message()));
+  if (!found.ok()) Stop(found.status());
   metrology::SensorCalibrationOptions alone = calibration;
   alone.threads = 1;
   const auto other = metrology::CalibrateSensor(scans, artefact, touch, alone);
@@ -79,7 +75,7 @@ void RunPlantA(const RunOptions& options, Figures* figures) {
                    other->sensor.t_sm_mm == found->sensor.t_sm_mm &&
                    other->sensor.covariance == found->sensor.covariance);
   const auto sequential = metrology::CalibrateSensorSequentially(scans, artefact, touch, calibration);
-  if (!sequential.ok()) Stop(std::string(sequential.status().message()));
+  if (!sequential.ok()) Stop(sequential.status());
 
   // The bound: every reading's true ray on the true face that it hits.
   const simulator::Scene scene = simulator::ArtefactScene(geometry, truth);
@@ -105,7 +101,7 @@ void RunPlantA(const RunOptions& options, Figures* figures) {
     metrology::ArtefactTouch stated = touch;
     stated.standard_uncertainty_mm = uncertainty_mm;
     auto told = metrology::CalibrateSensor(scans, artefact, stated, calibration);
-    if (!told.ok()) Stop(std::string(told.status().message()));
+    if (!told.ok()) Stop(told.status());
     return *std::move(told);
   };
   const metrology::SensorCalibration told = told_of(touch_noise), even = told_of(1e-3 / std::sqrt(3.0));
@@ -149,12 +145,12 @@ void RunPlantA(const RunOptions& options, Figures* figures) {
 
   std::vector<metrology::SpherePose> poses;
   for (const json& p : data.at("sphere_poses"))
-    poses.push_back({p.at("a_deg").get<double>() * kDegree, p.at("b_deg").get<double>() * kDegree,
+    poses.push_back({p.at("a_deg").get<double>() * kRadPerDeg, p.at("b_deg").get<double>() * kRadPerDeg,
                      VectorOf(p.at("centre_mm")), p.at("use") != "fit"});
   metrology::RotationOptions rotation;
   rotation.nominal.a.point_mm = rotation.nominal.b.point_mm = VectorOf(data.at("machine").at("nominal_centre_mm"));
   const auto axes = metrology::CalibrateRotation(poses, rotation);
-  if (!axes.ok()) Stop(std::string(axes.status().message()));
+  if (!axes.ok()) Stop(axes.status());
   double worst_axis_sigma = 0;
   int row = 0;
   for (const auto& [line, name] : {std::pair{axes->axes.a, "a_axis"}, std::pair{axes->axes.b, "b_axis"}}) {

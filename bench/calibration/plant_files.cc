@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-[[noreturn]] void Stop(const std::string& why) {
+[[noreturn]] void StopReading(const std::string& why) {
   std::fprintf(stderr, "bench/run: %s\n", why.c_str());
   std::exit(1);
 }
@@ -29,14 +29,14 @@ metrology::LineScan LoadScan(const std::string& folder, const json& data, const 
     std::ifstream file(folder + "/" + s.at("file").get<std::string>(), std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(file)), {});
     absl::StatusOr<metrology::Points> points = metrology::DecodeBlock(bytes, s.at("point_count").get<std::int64_t>());
-    if (!points.ok()) Stop(std::string(points.status().message()));
+    if (!points.ok()) StopReading(std::string(points.status().message()));
     metrology::LineScan scan;
     scan.id = id;
     scan.v0_mm = VectorOf(s.at("v0_mm"));
     scan.points_mm = *std::move(points);
     return scan;
   }
-  Stop("no scan " + id);
+  StopReading("no scan " + id);
 }
 
 simulator::ArtefactGeometry GeometryOf(const json& artefact) {

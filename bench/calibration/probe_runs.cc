@@ -7,25 +7,21 @@
 #include <tuple>
 
 #include "bench/calibration/runs.h"
+#include "metrology/frames/angles.h"
 #include "metrology/parallel/loops.h"
 #include "tests/metrology/calibration/probe_bench.h"
 
 namespace sixpoint::bench {
 namespace {
 
+using metrology::kRadPerDeg;
 using sixpoint::testing::ProbeBench;
-constexpr double kDegree = M_PI / 180;
-
-[[noreturn]] void Refused(const absl::Status& status) {
-  std::fprintf(stderr, "bench/run calibration: %s\n", std::string(status.message()).c_str());
-  std::exit(1);
-}
 
 metrology::ProbeCalibration Calibrated(const ProbeBench& bench, int seed) {
   std::mt19937_64 random(static_cast<std::uint64_t>(seed) + 1);
   const std::vector<metrology::ProbedFace> faces = bench.Touch(&random);
   const auto found = metrology::CalibrateProbe(faces, bench.Measure(&random), bench.options);
-  if (!found.ok()) Refused(found.status());
+  if (!found.ok()) Stop(found.status());
   return *found;
 }
 
@@ -71,7 +67,7 @@ Check MovedBlock(const std::vector<Eigen::Vector3d>& normals, double noise_mm, d
     std::mt19937_64 random(static_cast<std::uint64_t>(run) + 1000001);
     const std::vector<metrology::ProbedFace> faces = moved.Touch(&random);
     const auto checks = metrology::CheckProbe(probe, faces, moved.Measure(&random), moved.options);
-    if (!checks.ok()) Refused(checks.status());
+    if (!checks.ok()) Stop(checks.status());
     const double share = 1.0 / (static_cast<double>(checks->size()) * runs);
     for (const metrology::ProbeFaceCheck& face : *checks) {
       mean.angle_rad += share * face.angle_rad;
@@ -103,7 +99,8 @@ void BesideThePaper(int runs, Figures* figures) {
     figures->values[std::string(key) + "_distance_um"] = 1e3 * mean.distance_mm;
     figures->values[std::string(key) + "_range_um"] = 1e3 * mean.range_mm;
   };
-  const std::vector<Eigen::Vector3d> square = SquareBlock(60 * kDegree), leaning = ProbeBench::Leaning(60 * kDegree);
+  const std::vector<Eigen::Vector3d> square = SquareBlock(60 * kRadPerDeg),
+                                     leaning = ProbeBench::Leaning(60 * kRadPerDeg);
   std::printf("%-56s %12s %15s %12s\n", "published, better probe (tables 2, 3, 4)", "0.34..0.41", "0.006..0.021",
               "0.010..0.019");
   row("noise of table 1, faces leaning by 60 deg", "probe_moved", leaning, 0.00218, 0.00053);

@@ -1,6 +1,10 @@
 // The parts of `bench/run calibration`. Each prints its tables and hands back its figures.
 #pragma once
 
+#include <absl/status/status.h>
+
+#include <cstdio>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -8,6 +12,8 @@
 #include "bench/calibration/error_statistics.h"
 
 namespace sixpoint::bench {
+
+inline constexpr double kTouchNoise_um = 1;  // of an artefact that the simulator touches
 
 struct RunOptions {
   int seeds = 400;        // a bias shows to 0.05 of a standard deviation
@@ -27,6 +33,13 @@ struct Figures {
     with_same_bits += same_bits;
   }
 };
+
+// Ends the run, which means nothing without it.
+[[noreturn]] inline void Stop(const std::string& why) {
+  std::fprintf(stderr, "bench/run calibration: %s\n", why.c_str());
+  std::exit(1);
+}
+[[noreturn]] inline void Stop(const absl::Status& status) { Stop(std::string(status.message())); }
 
 void RunSensor(const RunOptions& options, Figures* figures);
 void RunExtraction(const RunOptions& options, Figures* figures);

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <optional>
 
 #include "bench/calibration/pcl_peer.h"
@@ -15,11 +14,10 @@
 namespace sixpoint::bench {
 namespace {
 
-constexpr double kTouchNoise_um = 1;
 constexpr int kSeedsPerMachine = 20;
 constexpr int kPeerSeeds = 40;  // the peers are far from the bound: a few runs show how far
 
-struct Outcome {
+struct SensorOutcome {
   metrology::Vector6d error;
   metrology::Matrix6d bound, inner_bound, reported;
   std::optional<metrology::SensorPose> sequential;
@@ -27,11 +25,6 @@ struct Outcome {
 };
 
 double SecondsOf(const std::chrono::steady_clock::duration& d) { return std::chrono::duration<double>(d).count(); }
-
-[[noreturn]] void Refused(const absl::Status& status) {
-  std::fprintf(stderr, "bench/run calibration: %s\n", std::string(status.message()).c_str());
-  std::exit(1);
-}
 
 }  // namespace
 
@@ -45,7 +38,7 @@ void RunSensor(const RunOptions& options, Figures* figures) {
   calibration.optics.mid_range_mm = scanner.mid_range_mm;
   calibration.optics.noise_mm = 1e-3 * scanner.noise_um;
 
-  std::vector<Outcome> outcomes(static_cast<std::size_t>(options.seeds));
+  std::vector<SensorOutcome> outcomes(static_cast<std::size_t>(options.seeds));
   std::vector<double> seconds, pcl_seconds;
   std::size_t points = 0;
   for (int first = 0; first < options.seeds; first += kSeedsPerMachine) {
@@ -75,8 +68,8 @@ void RunSensor(const RunOptions& options, Figures* figures) {
       const auto begin = std::chrono::steady_clock::now();
       const auto found = metrology::CalibrateSensor(scans, record, touch, with);
       if (took_s != nullptr) *took_s = SecondsOf(std::chrono::steady_clock::now() - begin);
-      if (!found.ok()) Refused(found.status());
-      Outcome& outcome = outcomes[static_cast<std::size_t>(seed)];
+      if (!found.ok()) Stop(found.status());
+      SensorOutcome& outcome = outcomes[static_cast<std::size_t>(seed)];
       if (took_s != nullptr) {
         const auto pcl_begin = std::chrono::steady_clock::now();
         PclPlaneAndCircles(scans, record, touch, found->sensor, found->machine_from_artefact);
@@ -92,7 +85,7 @@ void RunSensor(const RunOptions& options, Figures* figures) {
       outcome.inner_bound = SensorBound(inner_laser + touched);
       if (seed >= kPeerSeeds) return;
       const auto sequential = metrology::CalibrateSensorSequentially(scans, record, touch, with);
-      if (!sequential.ok()) Refused(sequential.status());
+      if (!sequential.ok()) Stop(sequential.status());
       outcome.sequential = sequential->sensor;
       outcome.sequential_error = ErrorOf(sequential->sensor, truth);
       if (const auto pcl = PclPlaneAndCircles(scans, record, touch, found->sensor, found->machine_from_artefact))
@@ -111,7 +104,7 @@ void RunSensor(const RunOptions& options, Figures* figures) {
   ErrorStatistics joint("sensor, JOINT", names), sequential("sensor, SEQUENTIAL", names);
   ErrorStatistics pcl("sensor, PCL plane+circle", names), inner("JOINT, edges left out", names);
   double worst_edges = 0, pooled_edges = 0;
-  for (const Outcome& outcome : outcomes) {
+  for (const SensorOutcome& outcome : outcomes) {
     joint.Add(outcome.error, outcome.bound, outcome.reported);
     inner.Add(outcome.error, outcome.inner_bound, outcome.reported);
     const double share = 1.0 / options.seeds;

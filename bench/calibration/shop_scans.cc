@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::bench {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
+using metrology::kRadPerDeg;
 
 std::shared_ptr<const simulator::Shape> Block(const Eigen::Vector3d& low_mm, const Eigen::Vector3d& high_mm) {
   metrology::TriangleMesh mesh;
@@ -94,9 +96,10 @@ ShopScans ScanInTheShop(const simulator::MachineDesign& design, const simulator:
   simulator::MachineTruth& truth = scans.truth;
   truth = simulator::MountedByHand(design, static_cast<std::uint64_t>(3000 + seed));
   const double about_x = random.Uniform(-4, 4), about_y = random.Uniform(-4, 4);
-  truth.machine_from_artefact.linear() = metrology::RotationFromVector({about_x * kDegree, about_y * kDegree, 0}) *
-                                         metrology::RotationFromVector({0, 0, random.Uniform(-20, 20) * kDegree}) *
-                                         truth.machine_from_artefact.linear();
+  truth.machine_from_artefact.linear() =
+      metrology::RotationFromVector({about_x * kRadPerDeg, about_y * kRadPerDeg, 0}) *
+      metrology::RotationFromVector({0, 0, random.Uniform(-20, 20) * kRadPerDeg}) *
+      truth.machine_from_artefact.linear();
   simulator::Scene scene = simulator::ArtefactScene(geometry, truth);
   AddFixture(design, &random, &scene);
   Dirt dirt;

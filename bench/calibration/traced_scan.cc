@@ -3,13 +3,14 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "metrology/parallel/loops.h"
 #include "simulator/random.h"
 
 namespace sixpoint::bench {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
+using metrology::kRadPerDeg;
 constexpr double kGrazing = 0.2;  // as the simulator's
 constexpr double kSpot_mm = 0.05;
 using Vector12d = Eigen::Matrix<double, 12, 1>;
@@ -50,7 +51,7 @@ TracedScan Trace(const simulator::Scene& scene, const simulator::ArtefactGeometr
   traced.pitch_mm = plan.pitch_mm;
   const int columns = plan.columns > 0 ? plan.columns : scanner.columns;
   for (int column = 0; column < columns; ++column) {
-    const double angle = 0.5 * scanner.line_angle_deg * kDegree * (2 * (column + 0.5) / columns - 1);
+    const double angle = 0.5 * scanner.line_angle_deg * kRadPerDeg * (2 * (column + 0.5) / columns - 1);
     traced.fan.emplace_back(0, std::sin(angle), -std::cos(angle));
   }
   const auto profiles = static_cast<int>(std::floor((plan.last_x_mm - plan.first_x_mm) / plan.pitch_mm + 1e-9)) + 1;
@@ -141,7 +142,7 @@ metrology::Artefact RecordOf(const simulator::ArtefactGeometry& geometry) {
   record.side_mm = geometry.side_mm;
   for (const auto& [name, at] : geometry.cones_mm) record.cones.push_back({name, at});
   for (const auto& [name, at] : geometry.slots_mm) record.slots.push_back({name, at});
-  record.cone_half_angle_rad = geometry.cone_half_angle_deg * kDegree;
+  record.cone_half_angle_rad = geometry.cone_half_angle_deg * kRadPerDeg;
   record.cone_top_radius_mm = geometry.cone_top_radius_mm;
   record.cone_bottom_radius_mm = geometry.cone_bottom_radius_mm;
   record.slot_width_mm = geometry.slot_width_mm;

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "metrology/frames/angles.h"
 #include "services/runtime/credentials.h"
 #include "simulator/blade_run.h"
 #include "simulator/registry.h"
@@ -25,7 +26,7 @@ constexpr double kFoils_mm[] = {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
 constexpr double kHoleDiameter_mm = 0.1;  // the least of the published holes
 constexpr double kSeat_mm[2] = {36, 45};  // 0.6 mm under its corner turn the blade by 0.95 and 0.76 deg, as published
 constexpr double kShank_mm = 15;          // from the seat to the root
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 
 // The corner across from the foil stays where it is.
 Eigen::Isometry3d OnFoil(const DesignedPart& part, double foil_mm) {
@@ -107,8 +108,8 @@ int Main(int argc, char** argv) {
         **link, design, part, plan, [](const std::string&) {}, &result);
     if (!done.ok()) return Fail("foil of " + std::to_string(foil_mm) + " mm", done);
     const auto [least_um, greatest_um] = Uncorrected_um(part, design, *plan.zero_from_part);
-    std::printf("%8.2f %8.4f %8.4f %16.1f %16.1f %14.2f\n", foil_mm, std::atan(foil_mm / kSeat_mm[0]) / kDegree,
-                std::atan(foil_mm / kSeat_mm[1]) / kDegree, least_um, greatest_um, result.correction_error_um);
+    std::printf("%8.2f %8.4f %8.4f %16.1f %16.1f %14.2f\n", foil_mm, std::atan(foil_mm / kSeat_mm[0]) / kRadPerDeg,
+                std::atan(foil_mm / kSeat_mm[1]) / kRadPerDeg, least_um, greatest_um, result.correction_error_um);
     worst_um = std::max(worst_um, result.correction_error_um);
     least_uncorrected_um = std::min(least_uncorrected_um, least_um);
     released = released && result.correction.state() == correction::v1::CORRECTION_STATE_RELEASED;

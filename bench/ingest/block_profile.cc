@@ -23,7 +23,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-storage::Deadline Soon() { return std::chrono::steady_clock::now() + std::chrono::seconds(30); }
+storage::Deadline StepDeadline() { return std::chrono::steady_clock::now() + std::chrono::seconds(30); }
 
 double ThreadCpu_s() {
   timespec t{};
@@ -76,7 +76,7 @@ nlohmann::json ProfileBlocks(const std::string& conninfo, int profiles_per_block
   row.header = HeaderFor(scan_id, 0, ingest::v1::ENCODING_RAW_PROFILES).SerializeAsString();
   row.machine_revision = 1;
   {
-    auto transaction = database->Begin(Soon());
+    auto transaction = database->Begin(StepDeadline());
     if (!transaction.ok() || !storage::BeginUpload(*transaction, row).ok() || !transaction->Commit().ok()) {
       return {{"error", "the database refuses the upload"}};
     }
@@ -119,7 +119,7 @@ nlohmann::json ProfileBlocks(const std::string& conninfo, int profiles_per_block
     kept.point_count = block.point_count();
     kept.first_profile = row.profile_count;
     kept.profile_count = profiles_per_block;
-    auto transaction = steps.Time("database: BEGIN", [&] { return database->Begin(Soon()); });
+    auto transaction = steps.Time("database: BEGIN", [&] { return database->Begin(StepDeadline()); });
     if (!transaction.ok()) return {{"error", transaction.status().ToString()}};
     const auto blob =
         steps.Time("database: blob (with its SHA-256)", [&] { return storage::PutBlob(*transaction, encoded->bytes); });

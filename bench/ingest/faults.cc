@@ -29,11 +29,11 @@ constexpr int kBlocksPerScan = 30;
 constexpr int kWindow = 4;          // blocks sent and not yet acknowledged
 constexpr int kAbandonEvery = 10;   // one scan in so many is left half-way
 constexpr int kDownloadEvery = 10;  // one scan in so many is read back, point by point
-constexpr double kStreamDeadline_s = 20;
+constexpr double kBrokenStreamDeadline_s = 20;
 constexpr std::chrono::milliseconds kPause{50};
 
 double Now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-storage::Deadline Soon() { return std::chrono::steady_clock::now() + std::chrono::seconds(60); }
+storage::Deadline AuditDeadline() { return std::chrono::steady_clock::now() + std::chrono::seconds(60); }
 
 // What a client knows of one scan.
 struct Scan {
@@ -91,7 +91,7 @@ class Client {
  private:
   // One stream, from where the scan stands; true once nothing is left to do.
   bool Attempt(Scan* scan, int until) {
-    UploadStream stream(channel_, kStreamDeadline_s);
+    UploadStream stream(channel_, kBrokenStreamDeadline_s);
     UploadScanResponse response;
     if (!stream.Write(FrameOf(HeaderFor(scan->id, number_, ingest::v1::ENCODING_RAW_PROFILES))) ||
         !stream.Read(&response)) {
@@ -195,7 +195,7 @@ class Audit {
   storage::Rows Ask(const std::string& sql, const std::string& parameter) {
     storage::Params params;
     if (!parameter.empty()) params.Text(parameter);
-    auto transaction = database_->Begin(Soon());
+    auto transaction = database_->Begin(AuditDeadline());
     auto rows = transaction.ok() ? transaction->Execute(sql, params) : transaction.status();
     if (rows.ok()) return *rows;
     std::cerr << sql << ": " << rows.status() << std::endl;

@@ -21,7 +21,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using ingest::v1::UploadScanResponse;
 
-constexpr double kStreamDeadline_s = 600;
+constexpr double kLoadStreamDeadline_s = 600;
 
 Clock::duration Seconds(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
@@ -83,7 +83,7 @@ class Machine {
                                 std::to_string(number_) + "-" + std::to_string(seen_.scan_count);
     const int first = sent_count_;
     const int count = std::min(options_.blocks_per_scan, block_count_ - first);
-    UploadStream stream(channel_, kStreamDeadline_s);
+    UploadStream stream(channel_, kLoadStreamDeadline_s);
     UploadScanResponse response;
     if (!stream.Write(FrameOf(HeaderFor(scan_id, number_, ingest::v1::ENCODING_RAW_PROFILES))) ||
         !stream.Read(&response)) {

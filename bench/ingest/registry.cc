@@ -30,7 +30,7 @@ void AddJoint(const char* axis, const Eigen::Vector3d& direction, double limit_d
   joint->set_positioning_standard_uncertainty_deg(0.001);
 }
 
-plant::v1::Machine Machine() {
+plant::v1::Machine MachineRecord() {
   plant::v1::Machine machine;
   AddJoint("A", Eigen::Vector3d::UnitY(), 100, machine.mutable_kinematics()->mutable_part_side());
   AddJoint("B", Eigen::Vector3d::UnitX(), 360, machine.mutable_kinematics()->mutable_part_side());
@@ -105,7 +105,7 @@ absl::Status Register(const Endpoint& plant, int machine_count) {
   for (int i = 0; i < machine_count; ++i) {
     plant::v1::CreateMachineRequest request;
     request.set_machine_id("bench-" + std::to_string(i));
-    *request.mutable_machine() = Machine();
+    *request.mutable_machine() = MachineRecord();
     if (absl::Status made = Create(stub.get(), &Plant::CreateMachine, request); !made.ok()) return made;
   }
   if (absl::Status made = Create(stub.get(), &Plant::CreatePart, Part()); !made.ok()) return made;

@@ -11,11 +11,12 @@
 #include <sstream>
 
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/frames/angles.h"
 
 namespace sixpoint::bench {
 namespace {
 
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
+using metrology::kRadPerDeg;
 constexpr double kStepMm = 1e-3 * kRawStepUm;
 
 std::int32_t StepsOf(double mm) { return static_cast<std::int32_t>(std::lround(mm / kStepMm)); }

@@ -14,6 +14,7 @@
 #include "bench/all_triangles.h"
 #include "metrology/cad/tessellation.h"
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/frames/angles.h"
 #include "metrology/inspection/deviation_map.h"
 #include "tests/metrology/correction/exact_pose.h"
 #include "tests/metrology/plant_files.h"
@@ -31,7 +32,7 @@ using testing::PoseOf;
 using testing::ReadFile;
 using testing::VectorOf;
 
-constexpr double kRad = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 constexpr int kThreads = 2;
 constexpr std::size_t kPiece = 131'072;  // of a scan's block
 
@@ -245,8 +246,8 @@ int Casting(const Plant& plant, json* figures) {
     metrology::LineScan scan;
     scan.points_mm = *points;
     scan.v0_mm = VectorOf(in["v0_mm"]);
-    scan.a_rad = in["a_deg"].get<double>() * kRad;
-    scan.b_rad = in["b_deg"].get<double>() * kRad;
+    scan.a_rad = in["a_deg"].get<double>() * kRadPerDeg;
+    scan.b_rad = in["b_deg"].get<double>() * kRadPerDeg;
     if (const absl::Status added = map.Add(scan); !added.ok()) return 2;
   }
   const auto field = map.Finish();

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bench/goals.h"
+#include "metrology/frames/angles.h"
 #include "metrology/sections/section_uncertainty.h"
 #include "tests/metrology/sections/airfoils.h"
 
@@ -23,7 +24,7 @@ using P = SectionParameter;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kBlades = 400;
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 
 std::vector<Goal> Goals() {
   constexpr auto kAlways = Goal::Counts::kAlways, kInFull = Goal::Counts::kInFull;
@@ -77,10 +78,10 @@ void RunExact(int blades, nlohmann::json* figures) {
     const SectionValues values = ValuesOf(outline->fitted.outline, CamberOf(outline->fitted.outline, {}));
     for (const auto& [p, wanted] : Known(blade, truth)) {
       const double off =
-          values[p] ? std::abs(std::remainder(*values[p] - wanted, p == P::kStaggerNoseTail ? 360 * kDegree : 1e9))
+          values[p] ? std::abs(std::remainder(*values[p] - wanted, p == P::kStaggerNoseTail ? 360 * kRadPerDeg : 1e9))
                     : 1e6;
       double* const worst = p == P::kStaggerNoseTail ? &worst_deg : &worst_um;
-      *worst = std::fmax(*worst, p == P::kStaggerNoseTail ? off / kDegree : 1e3 * off);
+      *worst = std::fmax(*worst, p == P::kStaggerNoseTail ? off / kRadPerDeg : 1e3 * off);
     }
   }
   std::printf("%d exact blades: worst %.3f um, %.5f deg\n", blades, worst_um, worst_deg);
@@ -139,7 +140,7 @@ Summary RunWorld(const World& world, int blades) {
     const MeasuredSection section = *MeasureSection(*outline, uncertainty);
     for (const auto& [p, wanted] : known)
       if (section.values[p])
-        tallies[p].Add(p == P::kStaggerNoseTail ? std::remainder(*section.values[p] - wanted, 360 * kDegree)
+        tallies[p].Add(p == P::kStaggerNoseTail ? std::remainder(*section.values[p] - wanted, 360 * kRadPerDeg)
                                                 : *section.values[p] - wanted,
                        section.uncertainty(p).expanded);
       else
@@ -153,7 +154,7 @@ Summary RunWorld(const World& world, int blades) {
     const double held = 100.0 * tally.held / tally.count, rms = std::sqrt(tally.squares / tally.count);
     const double ratio = std::sqrt(tally.expanded_squares / tally.count) / rms;
     std::printf("%-32s %6d %9.1f %12.3f %10.2f\n", NameOf(p).c_str(), tally.count, held,
-                rms * (p == P::kStaggerNoseTail ? 1e3 / kDegree : 1e3), ratio);
+                rms * (p == P::kStaggerNoseTail ? 1e3 / kRadPerDeg : 1e3), ratio);
     held_count += tally.held;
     count += tally.count;
     summary.low = std::min(summary.low, held);

@@ -17,7 +17,6 @@ namespace {
 using metrology::Plane;
 using metrology::Points;
 
-constexpr std::size_t kSampleCount = 150'000, kMostFaces = 8;  // as FindArtefact has them
 constexpr double kBandMm = 0.03;
 constexpr double kFaceLimitMm = 0.05;  // of the plate's corner: below half of what counts as a hole's depth
 constexpr double kHoleLimitMm = 0.7;   // what FindArtefact matches by
@@ -75,34 +74,35 @@ Result JudgePose(const ArtefactCase& one, const absl::StatusOr<metrology::Artefa
   return result;
 }
 
-struct Contender {
+struct ArtefactContender {
   std::string name;
   std::function<Result(const ArtefactCase&)> run;
 };
 struct Step {
   std::string key, title;
   double limit_um;
-  std::vector<Contender> contenders;  // ours first
+  std::vector<ArtefactContender> contenders;  // ours first
 };
 
 Step FaceStep() {
   using Faces = std::vector<Plane>;
   const auto contender = [](const std::string& name, const std::function<Faces(const Points&)>& find) {
-    return Contender{name, [find](const ArtefactCase& one) {
-                       const Points sample = metrology::EvenSample(one.scan.points_mm, kSampleCount);
-                       return Timed<Faces>([&] { return find(sample); },
-                                           [&](const Faces& faces) { return JudgeFaces(one, faces); });
-                     }};
+    return ArtefactContender{name, [find](const ArtefactCase& one) {
+                               const Points sample = metrology::EvenSample(one.scan.points_mm, kArtefactSampleCount);
+                               return Timed<Faces>([&] { return find(sample); },
+                                                   [&](const Faces& faces) { return JudgeFaces(one, faces); });
+                             }};
   };
   Step step{"faces", "upper face", kUm * kFaceLimitMm, {}};
-  step.contenders.push_back(
-      contender("ours", [](const Points& sample) { return metrology::FlatFaces(sample, kBandMm, kMostFaces); }));
+  step.contenders.push_back(contender(
+      "ours", [](const Points& sample) { return metrology::FlatFaces(sample, kBandMm, kMostArtefactFaces); }));
   for (const auto& [name, consensus] : {std::pair{"PCL RANSAC", Consensus::kRansac},
                                         {"PCL MSAC", Consensus::kMsac},
                                         {"PCL MLESAC", Consensus::kMlesac},
                                         {"PCL LMedS", Consensus::kLmeds}})
-    step.contenders.push_back(contender(
-        name, [kind = consensus](const Points& sample) { return PclFlatFaces(sample, kBandMm, kMostFaces, kind); }));
+    step.contenders.push_back(contender(name, [kind = consensus](const Points& sample) {
+      return PclFlatFaces(sample, kBandMm, kMostArtefactFaces, kind);
+    }));
   return step;
 }
 
@@ -110,16 +110,17 @@ Step HoleStep() {
   using Holes = std::vector<metrology::Region>;
   using Find = std::function<Holes(const std::vector<metrology::Seen>&, const metrology::Artefact&)>;
   const auto contender = [](const std::string& name, const Find& find) {
-    return Contender{name, [find](const ArtefactCase& one) {
-                       const Eigen::Affine3d& pose = one.sensor_from_artefact;
-                       const Eigen::Vector3d normal = pose.linear().col(0).cross(pose.linear().col(1)).normalized();
-                       const metrology::FaceFrame frame(Plane{normal, pose.translation()});
-                       std::vector<metrology::Seen> seen;
-                       for (const Eigen::Vector3d& p : metrology::EvenSample(one.scan.points_mm, kSampleCount))
-                         seen.push_back(frame.See(p));
-                       return Timed<Holes>([&] { return find(seen, one.artefact); },
-                                           [&](const Holes& holes) { return JudgeHoles(one, frame, holes); });
-                     }};
+    return ArtefactContender{
+        name, [find](const ArtefactCase& one) {
+          const Eigen::Affine3d& pose = one.sensor_from_artefact;
+          const Eigen::Vector3d normal = pose.linear().col(0).cross(pose.linear().col(1)).normalized();
+          const metrology::FaceFrame frame(Plane{normal, pose.translation()});
+          std::vector<metrology::Seen> seen;
+          for (const Eigen::Vector3d& p : metrology::EvenSample(one.scan.points_mm, kArtefactSampleCount))
+            seen.push_back(frame.See(p));
+          return Timed<Holes>([&] { return find(seen, one.artefact); },
+                              [&](const Holes& holes) { return JudgeHoles(one, frame, holes); });
+        }};
   };
   return {"holes",
           "cones in the true face",
@@ -138,10 +139,10 @@ Step PoseStep() {
   using Sighting = absl::StatusOr<metrology::ArtefactSighting>;
   using Find = std::function<Sighting(const metrology::LineScan&, const metrology::Artefact&)>;
   const auto contender = [](const std::string& name, const Find& find) {
-    return Contender{name, [find](const ArtefactCase& one) {
-                       return Timed<Sighting>([&] { return find(one.scan, one.artefact); },
-                                              [&](const Sighting& found) { return JudgePose(one, found); });
-                     }};
+    return ArtefactContender{name, [find](const ArtefactCase& one) {
+                               return Timed<Sighting>([&] { return find(one.scan, one.artefact); },
+                                                      [&](const Sighting& found) { return JudgePose(one, found); });
+                             }};
   };
   return {"pose",
           "the artefact",

@@ -27,9 +27,8 @@ using Cloud = pcl::PointCloud<Point>;
 using Model = pcl::SampleConsensusModel<Point>;
 using PlaneModel = pcl::SampleConsensusModelPerpendicularPlane<Point>;
 
-constexpr std::size_t kSampleCount = 150'000, kFewCount = 2'500;  // as ours
+constexpr std::size_t kFewCount = 2'500;  // as ours
 constexpr double kPlaneBandMm = 0.03;
-constexpr std::size_t kMostFaces = 8;
 constexpr double kNeighbourMm = 8, kLeastShare = 1.0 / 30;
 constexpr int kTrials = 500;
 constexpr float kVoxelMm = 0.25f;      // as our cells
@@ -252,11 +251,11 @@ std::vector<Region> PclHolesBelow(const std::vector<Seen>& seen, const metrology
 
 absl::StatusOr<metrology::ArtefactSighting> PclFindArtefact(const metrology::LineScan& scan,
                                                             const metrology::Artefact& artefact, HoleCentres centres) {
-  const metrology::Points sample = metrology::EvenSample(scan.points_mm, kSampleCount);
+  const metrology::Points sample = metrology::EvenSample(scan.points_mm, kArtefactSampleCount);
   std::vector<Seen> seen(sample.size());
   Laid best;
   std::optional<metrology::FaceFrame> upper;
-  for (const metrology::Plane& face : PclFlatFaces(sample, kPlaneBandMm, kMostFaces, Consensus::kRansac)) {
+  for (const metrology::Plane& face : PclFlatFaces(sample, kPlaneBandMm, kMostArtefactFaces, Consensus::kRansac)) {
     const metrology::FaceFrame frame(face);
     for (std::size_t i = 0; i < sample.size(); ++i) seen[i] = frame.See(sample[i]);
     const Laid laid = BestLaid(artefact, PclHolesBelow(seen, artefact, centres));

@@ -12,6 +12,9 @@
 
 namespace sixpoint::bench {
 
+// As metrology::FindArtefact has them.
+inline constexpr std::size_t kArtefactSampleCount = 150'000, kMostArtefactFaces = 8;
+
 enum class Consensus { kRansac, kMsac, kMlesac, kLmeds };
 
 // As metrology::FlatFaces.

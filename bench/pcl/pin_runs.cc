@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 using metrology::NominalPin;
 using metrology::Points;
 
-constexpr double kLimitUm = 10;     // of the hole's start; a pin is measured to one or two
+constexpr double kPinLimitUm = 10;  // of the hole's start; a pin is measured to one or two
 constexpr double kRegionMm = 0.65;  // about the nominal axis, as the inspection has it for a hole of 0.44 mm
 
 struct PinCase {
@@ -126,11 +126,11 @@ std::vector<Kind> Kinds() {
            })}};
 }
 
-struct Contender {
+struct PinContender {
   const char* name;
   std::function<std::optional<Vector3d>(const NominalPin&, const Points&)> start;
 };
-std::vector<Contender> Contenders() {
+std::vector<PinContender> PinContenders() {
   using Kept = std::function<Points(const Points&)>;
   const auto fitted = [](double apart_mm, const Kept& kept) {
     return [=](const NominalPin& nominal, const Points& points) -> std::optional<Vector3d> {
@@ -154,7 +154,7 @@ std::vector<Contender> Contenders() {
 
 void RunPins(const RunOptions& options, Figures* figures) {
   const std::vector<Kind> kinds = Kinds();
-  const std::vector<Contender> contenders = Contenders();
+  const std::vector<PinContender> contenders = PinContenders();
   const auto seeds = static_cast<std::size_t>(options.seeds);
   std::vector<std::vector<Result>> all(contenders.size(), std::vector<Result>(kinds.size() * seeds));
   metrology::ForEach(kinds.size() * seeds, options.threads, [&](std::size_t i) {
@@ -172,7 +172,7 @@ void RunPins(const RunOptions& options, Figures* figures) {
       tallies.emplace_back(contenders[c].name,
                            std::vector<Result>(all[c].begin() + static_cast<std::ptrdiff_t>(begin),
                                                all[c].begin() + static_cast<std::ptrdiff_t>(end)),
-                           kLimitUm);
+                           kPinLimitUm);
     return PrintTallies(title, "um", tallies);
   };
   std::printf("\n-- pins: %zu of each kind\n", seeds);

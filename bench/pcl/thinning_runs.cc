@@ -18,9 +18,9 @@ using metrology::Points;
 constexpr std::size_t kScanCount = 300'000, kKeptCount = 25'000;
 constexpr double kNoiseMm = 2e-3, kStrays = 0.02;
 constexpr double kCellMm = 0.5;  // leaves about as many
-constexpr double kLimitUm = 100;
+constexpr double kThinnedLimitUm = 100;
 
-struct Contender {
+struct ThinningContender {
   const char* name;
   std::function<Points(const Points&)> thin;
 };
@@ -33,7 +33,7 @@ Points EveryKth(const Points& points) {
   return PointsOf(metrology::Thin(scan, {}, thinning));
 }
 
-std::vector<Contender> Contenders() {
+std::vector<ThinningContender> ThinningContenders() {
   return {{"ours: every k-th", EveryKth},
           {"PCL VoxelGrid (centres)", [](const Points& p) { return PclVoxelGrid(p, kCellMm); }},
           {"PCL UniformSampling", [](const Points& p) { return PclUniformSampling(p, kCellMm); }},
@@ -45,7 +45,7 @@ std::vector<Contender> Contenders() {
 
 void RunThinning(const RunOptions& options, Figures* figures) {
   const PreparedBlade prepared = PrepareBlade(options.threads);
-  const std::vector<Contender> contenders = Contenders();
+  const std::vector<ThinningContender> contenders = ThinningContenders();
   for (const double strays : {0.0, kStrays}) {
     // Chance moves the ratio of two errors by 20 % over 20 scans: many where it is judged.
     const auto seeds = static_cast<std::size_t>(std::max(4, strays > 0 ? options.seeds / 5 : 3 * options.seeds / 5));
@@ -72,7 +72,7 @@ void RunThinning(const RunOptions& options, Figures* figures) {
     });
     std::vector<Tally> tallies;
     for (std::size_t c = 0; c < contenders.size(); ++c) {
-      tallies.emplace_back(contenders[c].name + (" (" + std::to_string(kept[c]) + ")"), results[c], kLimitUm);
+      tallies.emplace_back(contenders[c].name + (" (" + std::to_string(kept[c]) + ")"), results[c], kThinnedLimitUm);
     }
     std::printf("\n-- thinning %zu points, %zu scans, %g %% strays: vertices after the fit\n", kScanCount, seeds,
                 100 * strays);

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 
 const Vector3d kHalf(20, 10, 4);  // of the design, a box: what any pose can do between two faces is known exactly
-constexpr std::size_t kPoints = 40'000;
+constexpr std::size_t kAllowancePoints = 40'000;
 constexpr double kPitMm = 3;           // half of its side; a patch lies wholly in it wherever patches fall
 constexpr double kScannedPart = 0.95;  // of each face, from its middle
 // Stock is the mean over patches of 1 mm: wherever they fall, the outermost whole one's middle is no farther from an edge.
@@ -34,7 +34,7 @@ std::shared_ptr<const metrology::Surface> Design() {
   return *metrology::Surface::Prepare(mesh);
 }
 
-struct Outcome {
+struct AllowanceOutcome {
   double margin_um = 0;  // truth: the least stock of the best pose over what is asked; negative: lacking
   double said_um = 0;    // lacking, where infeasible
   bool infeasible = false, converged = false;
@@ -43,7 +43,7 @@ struct Outcome {
 
 // The box grown by a stock that differs from face to face, with two pits opposite each other in the large faces, so deep
 // that the best pose leaves there just the stock asked for and `margin_um`; the whole turned and shifted.
-Outcome RunOne(const metrology::Surface& design, double margin_um, std::uint64_t seed) {
+AllowanceOutcome RunOne(const metrology::Surface& design, double margin_um, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);
   std::normal_distribution<double> normal(0, 1);
@@ -60,7 +60,7 @@ Outcome RunOne(const metrology::Surface& design, double margin_um, std::uint64_t
   const Vector3d areas(kHalf.y() * kHalf.z(), kHalf.x() * kHalf.z(), kHalf.x() * kHalf.y());
   const auto in_pit = [&](const Vector3d& p) { return (p - pit).head<2>().cwiseAbs().maxCoeff() < kPitMm; };
   metrology::Points points;
-  while (points.size() < kPoints) {
+  while (points.size() < kAllowancePoints) {
     const double pick = 0.5 * (unit(random) + 1) * areas.sum();
     const int axis = pick < areas.x() ? 0 : pick < areas.x() + areas.y() ? 1 : 2;
     const bool high = unit(random) > 0;
@@ -78,7 +78,7 @@ Outcome RunOne(const metrology::Surface& design, double margin_um, std::uint64_t
   options.thread_count = 1;
   const auto found = metrology::FitWithAllowance(design, {PortionOf(points)}, Eigen::Isometry3d::Identity(), allowance,
                                                  metrology::MachineCalibration(), options);
-  Outcome outcome;
+  AllowanceOutcome outcome;
   outcome.margin_um = margin_um;
   if (!found.ok()) return outcome;
   outcome.infeasible = found->fit.outcome == metrology::Outcome::kInfeasible;
@@ -112,17 +112,17 @@ void RunAllowance(const PreparedBlade&, const RunOptions& options, Figures* figu
   const auto design = Design();
   std::printf(
       "\nallowance: blanks with two pits opposite each other, %zu points, %d draws each; margin of the best pose\n",
-      kPoints, options.allowance_draws);
+      kAllowancePoints, options.allowance_draws);
   std::printf("%12s %10s %12s %28s %32s\n", "margin um", "contained", "infeasible", "lacking said less truth, um",
               "true stock over asked, um");
   int wrong = 0, runs = 0;
   double worst_depth_um = 0, worst_kept_um = 0;
   for (const double margin_um : {100.0, 20.0, 5.0, 1.0, -1.0, -5.0, -20.0, -100.0}) {
-    std::vector<Outcome> all(static_cast<std::size_t>(options.allowance_draws));
+    std::vector<AllowanceOutcome> all(static_cast<std::size_t>(options.allowance_draws));
     metrology::ForEach(all.size(), options.threads, [&](std::size_t i) { all[i] = RunOne(*design, margin_um, 1 + i); });
     int contained = 0, infeasible = 0;
     double depth_rms = 0, depth_mean = 0, least_kept = 1e9;
-    for (const Outcome& one : all) {
+    for (const AllowanceOutcome& one : all) {
       contained += one.converged;
       infeasible += one.infeasible;
       const double off_um = one.said_um + margin_um;

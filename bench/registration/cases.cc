@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::bench {
 namespace {
 
@@ -10,7 +12,7 @@ using Eigen::Vector3d;
 using metrology::Matrix6d;
 
 constexpr std::uint32_t kAround = 400, kAlong = 250;
-constexpr double kRadiansPerDegree = M_PI / 180;
+using metrology::kRadPerDeg;
 constexpr double kFacing = 0.35;  // least part of a normal towards the scanner
 
 // Section of unit chord, trailing edge first: thickness and camber as the four-digit aerofoils have them.
@@ -64,7 +66,7 @@ Blade TwistedBlade(double shape) {
   metrology::Points vertices;
   for (std::uint32_t i = 0; i <= kAlong; ++i) {
     const double v = static_cast<double>(i) / kAlong;
-    const Eigen::Rotation2Dd twist((-12 + 30 * shape * v) * kRadiansPerDegree);
+    const Eigen::Rotation2Dd twist((-12 + 30 * shape * v) * kRadPerDeg);
     for (const Eigen::Vector2d& point : section) {
       const Eigen::Vector2d at =
           twist * (kChordMm * (1 - 0.3 * shape * v) * point) + shape * Eigen::Vector2d(1.5 * v * v, v * v);
@@ -110,10 +112,10 @@ Blade TwistedBlade(double shape) {
 
 Eigen::Isometry3d ScanFromPart() {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = (Eigen::AngleAxisd(0.9 * kRadiansPerDegree, Vector3d::UnitX()) *
-                   Eigen::AngleAxisd(-0.7 * kRadiansPerDegree, Vector3d::UnitY()) *
-                   Eigen::AngleAxisd(0.5 * kRadiansPerDegree, Vector3d::UnitZ()))
-                      .toRotationMatrix();
+  pose.linear() =
+      (Eigen::AngleAxisd(0.9 * kRadPerDeg, Vector3d::UnitX()) *
+       Eigen::AngleAxisd(-0.7 * kRadPerDeg, Vector3d::UnitY()) * Eigen::AngleAxisd(0.5 * kRadPerDeg, Vector3d::UnitZ()))
+          .toRotationMatrix();
   pose.translation() << 0.6, -0.4, 0.3;
   return pose;
 }

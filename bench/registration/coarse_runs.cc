@@ -14,17 +14,17 @@ namespace {
 constexpr int kTimedDraws = 12;  // alone, on all threads
 constexpr double kWrongInSigmas = 5, kWrongUm = 2;
 
-struct Outcome {
+struct CoarseOutcome {
   bool right = false, ambiguous = false, flagged = false;
   double off_um = 0, stated_um = 0, condition = 0, seconds = 0;
 };
 
-Outcome RunOne(const PreparedBlade& prepared, bool whole, int threads, std::uint64_t seed) {
+CoarseOutcome RunOne(const PreparedBlade& prepared, bool whole, int threads, std::uint64_t seed) {
   const CoarseCase posed = PosedAnywhere(prepared.blade, whole, seed);
   metrology::FitOptions options;
   options.thread_count = threads;
   options.coarse_start = true;
-  Outcome outcome;
+  CoarseOutcome outcome;
   const double begin = Seconds();
   const auto fit = metrology::FitToSurface(*prepared.surface, posed.portions, BladeOnMachine(), posed.machine, options);
   outcome.seconds = Seconds() - begin;
@@ -53,7 +53,7 @@ void RunCoarse(const PreparedBlade& prepared, const RunOptions& options, Figures
               "worst um", "median s", "slowest s");
   int silent = 0;
   for (const bool whole : {true, false}) {
-    std::vector<Outcome> all(static_cast<std::size_t>(options.coarse_draws));
+    std::vector<CoarseOutcome> all(static_cast<std::size_t>(options.coarse_draws));
     std::vector<double> seconds;
     const std::size_t timed = std::min<std::size_t>(kTimedDraws, all.size());
     for (std::size_t i = 0; i < timed; ++i) {
@@ -65,7 +65,7 @@ void RunCoarse(const PreparedBlade& prepared, const RunOptions& options, Figures
     int found = 0, ambiguous = 0, flagged = 0, here_silent = 0;
     double worst_um = 0;
     for (std::size_t i = 0; i < all.size(); ++i) {
-      const Outcome& one = all[i];
+      const CoarseOutcome& one = all[i];
       if (!one.right && !one.flagged)
         std::printf("  wrong and silent: seed %zu, %.1f um off, stated %.1f um, condition number %.0f\n", 1 + i,
                     one.off_um, one.stated_um, one.condition);

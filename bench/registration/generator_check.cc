@@ -15,7 +15,7 @@
 namespace sixpoint::bench {
 namespace {
 
-constexpr std::size_t kPointCount = 200'000;
+constexpr std::size_t kGeneratedPoints = 200'000;
 // A vertex at 45 mm is a float to 4 nm; sines that differ in a last bit may round it the other way.
 constexpr double kGreatestMeshDifferenceMm = 4e-6;
 // Of a bound: information is a mean over so many random points; the weakly held span of A hangs on few of them.
@@ -70,7 +70,7 @@ void RunGenerator(const PreparedBlade& prepared, const RunOptions& options, Figu
     return;
   }
   const std::string command = "/usr/bin/python3 '" + tool.string() + "' '" + folder + "' --points " +
-                              std::to_string(kPointCount) + " > /dev/null";
+                              std::to_string(kGeneratedPoints) + " > /dev/null";
   if (std::system(command.c_str()) != 0) {
     Check(false, command.c_str(), figures);
     return;
@@ -97,7 +97,7 @@ void RunGenerator(const PreparedBlade& prepared, const RunOptions& options, Figu
     std::optional<Bump> bump;
     if (bumped) bump = Bump();
     const CaseScan scan = MakeScan(prepared.blade, name[0] == 'A' ? CaseKind::kOneSide : CaseKind::kWellHeld,
-                                   kPointCount, kNoiseMm, bump, 1);
+                                   kGeneratedPoints, kNoiseMm, bump, 1);
     const double bound_um = truth["cases"][name]["bound_vertex_rms_um"].get<double>();
     const TimedFit timed = FitPortion(prepared, PortionOf(ReadPly(folder + "/case_" + name + ".ply")), options.threads);
     const double error_um = VertexDisplacementUm(prepared.blade, timed.stopped_at, ScanFromPart());

@@ -10,13 +10,13 @@
 namespace sixpoint::bench {
 namespace {
 
-constexpr std::size_t kPointCount = 100'000;
+constexpr std::size_t kNoisyPoints = 100'000;
 constexpr std::uint64_t kSeedsOfC = 1'000'001, kSeedsOfA = 2'000'001;
 
 }  // namespace
 
 void RunNoise(const PreparedBlade& prepared, const RunOptions& options, Figures* figures) {
-  std::printf("\nnoise: %d draws of points and noise, %zu points each\n", options.noise_draws, kPointCount);
+  std::printf("\nnoise: %d draws of points and noise, %zu points each\n", options.noise_draws, kNoisyPoints);
   double squares = 0, covered_percent = 0, worst_bias = 0;
   int values = 0;
   for (const CaseKind kind : {CaseKind::kWellHeld, CaseKind::kOneSide}) {
@@ -29,7 +29,7 @@ void RunNoise(const PreparedBlade& prepared, const RunOptions& options, Figures*
     };
     std::vector<Draw> drawn(static_cast<std::size_t>(options.noise_draws));
     metrology::ForEach(drawn.size(), options.threads, [&](std::size_t i) {
-      CaseScan scan = MakeScan(prepared.blade, kind, kPointCount, kNoiseMm, std::nullopt,
+      CaseScan scan = MakeScan(prepared.blade, kind, kNoisyPoints, kNoiseMm, std::nullopt,
                                (one_side ? kSeedsOfA : kSeedsOfC) + static_cast<std::uint64_t>(i));
       drawn[i] = {FitPortion(prepared, PortionOf(std::move(scan.scan_mm)), 1), scan.bound};
     });

@@ -16,13 +16,13 @@ namespace {
 constexpr double kCentreErrorsUm[] = {0, 2, 5, 10, 15};
 constexpr int kSides = 6;
 
-struct Outcome {
+struct OverlapOutcome {
   bool ok = false;
   bool beyond = false;
   double ratio = 0;  // difference over what noise alone explains, all pairs pooled
 };
 
-Outcome RunOne(const PreparedBlade& prepared, double centre_error_um, std::uint64_t seed) {
+OverlapOutcome RunOne(const PreparedBlade& prepared, double centre_error_um, std::uint64_t seed) {
   std::mt19937_64 random(seed + 77);
   std::uniform_real_distribution<double> turn(0, 2 * M_PI);
   ViewScans scans;
@@ -40,7 +40,7 @@ Outcome RunOne(const PreparedBlade& prepared, double centre_error_um, std::uint6
   options.thread_count = 1;
   const auto fit = metrology::FitToSurface(*prepared.surface, portions,
                                            Displaced(scans.zero_from_part, 0.2, 2e-3, seed), believed, options);
-  Outcome outcome;
+  OverlapOutcome outcome;
   if (!fit.ok() || fit->outcome != metrology::Outcome::kConverged) return outcome;
   const auto test = metrology::TestMerge(*prepared.surface, portions, *fit, believed, options);
   if (!test.ok()) return outcome;
@@ -67,11 +67,11 @@ void RunOverlap(const PreparedBlade& prepared, const RunOptions& options, Figure
   double seen_um = std::numeric_limits<double>::infinity();
   for (const double um : kCentreErrorsUm) {
     const int draws = um == 0 ? 4 * options.overlap_draws : options.overlap_draws;
-    std::vector<Outcome> all(static_cast<std::size_t>(draws));
+    std::vector<OverlapOutcome> all(static_cast<std::size_t>(draws));
     metrology::ForEach(all.size(), options.threads, [&](std::size_t i) { all[i] = RunOne(prepared, um, 1 + i); });
     std::vector<double> ratios;
     double flagged = 0;
-    for (const Outcome& one : all) {
+    for (const OverlapOutcome& one : all) {
       flagged += one.beyond || !one.ok ? 1 : 0;
       if (one.ok) ratios.push_back(one.ratio);
     }

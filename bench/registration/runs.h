@@ -9,6 +9,7 @@
 namespace sixpoint::bench {
 
 constexpr double kNoiseMm = 2e-3;
+constexpr double kTipNormal = 0.9;  // along the span: greater ones are the tip's
 
 struct RunOptions {
   int seeds = 10;

@@ -13,27 +13,27 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kPoints = 50'000;
-constexpr double kTipNormal = 0.9;
+constexpr std::size_t kTrapPoints = 50'000;
 constexpr double kGreatestOffMm = 0.3;
 // Beyond so many stated standard uncertainties a pose is wrong; chance takes one in 30,000 there.
-constexpr double kWrongInSigmas = 4;
-constexpr double kWrongUm = 0.5;  // and nobody minds less
+constexpr double kTrappedInSigmas = 4;
+constexpr double kTrappedUm = 0.5;  // and nobody minds less
 
-struct Outcome {
+struct TrapOutcome {
   double off_um = 0;  // along the span, at the end
   bool right = false, flagged = false;
 };
 
 // tip_every: of the points at the tip, how many are kept.
-Outcome RunOne(const Blade& blade, const metrology::Surface& surface, int tip_every, bool cast, std::uint64_t seed) {
+TrapOutcome RunOne(const Blade& blade, const metrology::Surface& surface, int tip_every, bool cast,
+                   std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal(0, 1);
   std::uniform_real_distribution<double> unit(-1, 1);
   const Bump bump{unit(random) * 8, unit(random) * 20, 0.2, 5, 1};
   CaseSampler sampler(blade, CaseKind::kWellHeld, kNoiseMm, std::nullopt, seed);
   metrology::Points points;
-  for (int tip = 0; points.size() < kPoints;) {
+  for (int tip = 0; points.size() < kTrapPoints;) {
     CaseSampler::OnSurface on = sampler.NextOnSurface();
     if (on.normal.z() > kTipNormal && ++tip % tip_every != 0) continue;
     if (cast) on.part_mm += bump.At(on.part_mm, on.normal) * on.normal;
@@ -45,13 +45,13 @@ Outcome RunOne(const Blade& blade, const metrology::Surface& surface, int tip_ev
   metrology::FitOptions options;
   options.thread_count = 1;
   const auto fit = metrology::FitToSurface(surface, {PortionOf(points)}, start, {}, options);
-  Outcome outcome;
+  TrapOutcome outcome;
   if (!fit.ok()) return outcome;
   outcome.off_um = 1e3 * std::abs((*fit->evidence.stopped_at * surface.centroid_mm() - surface.centroid_mm()).z());
   outcome.flagged = !fit->placed || !fit->evidence.remark.empty();
   if (!fit->placed) return outcome;
   const double stated_um = 1e3 * std::sqrt(fit->placed->covariance.values(5, 5));
-  outcome.right = outcome.off_um < std::max(kWrongUm, kWrongInSigmas * stated_um);
+  outcome.right = outcome.off_um < std::max(kTrappedUm, kTrappedInSigmas * stated_um);
   return outcome;
 }
 
@@ -65,7 +65,7 @@ void RunTrap(const PreparedBlade&, const RunOptions& options, Figures* figures) 
     return;
   }
   std::printf("\ntrap: %zu points, the tip holds the span; starts off by up to %g mm along it, %d draws each\n",
-              kPoints, kGreatestOffMm, options.trap_draws);
+              kTrapPoints, kGreatestOffMm, options.trap_draws);
   std::printf("%-44s %14s %14s %9s %9s %18s\n", "", "median um", "worst um", "right", "flagged", "wrong and silent");
   const struct {
     const char* words;
@@ -79,14 +79,14 @@ void RunTrap(const PreparedBlade&, const RunOptions& options, Figures* figures) 
   int silent = 0, right = 0, runs = 0;
   double worst_um = 0;
   for (const auto& kind : kinds) {
-    std::vector<Outcome> all(static_cast<std::size_t>(options.trap_draws));
+    std::vector<TrapOutcome> all(static_cast<std::size_t>(options.trap_draws));
     metrology::ForEach(all.size(), options.threads, [&](std::size_t i) {
       all[i] = RunOne(kind.constant ? prism : nearly, kind.constant ? **of_prism : **of_nearly, kind.tip_every,
                       kind.cast, 1 + i);
     });
     std::vector<double> off_um;
     int here_right = 0, here_flagged = 0, here_silent = 0;
-    for (const Outcome& one : all) {
+    for (const TrapOutcome& one : all) {
       off_um.push_back(one.off_um);
       here_right += one.right;
       here_flagged += one.flagged;

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kPoints = 50'000;
+constexpr std::size_t kWeaklyHeldPoints = 50'000;
 constexpr double kTwoSided95 = 1.96;
 constexpr double kCastingUm = 5;  // rms; as a ground or cast airfoil deviates within its tolerance
 constexpr double kCastingWaveMm = 12;
@@ -57,21 +57,20 @@ constexpr Kind kKinds[] = {{"C: both sides and the tip", CaseKind::kWellHeld, tr
                            {"A: one side", CaseKind::kOneSide, false, 0, 50},
                            {"A, the middle 40 mm of the span", CaseKind::kOneSide, false, 0, 20},
                            {"A, the middle 10 mm", CaseKind::kOneSide, false, 0, 5}};
-constexpr double kTipNormal = 0.9;
 
-struct Outcome {
+struct WeaknessOutcome {
   bool converged = false, weak = false;
   double condition = 0, stated_um = 0, off_um = 0, vertex_um = 0, noise_um = 0;
 };
 
-Outcome RunOne(const PreparedBlade& prepared, const Kind& kind, bool cast, std::uint64_t seed) {
+WeaknessOutcome RunOne(const PreparedBlade& prepared, const Kind& kind, bool cast, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal(0, 1);
   const Casting casting(seed);
   CaseSampler sampler(prepared.blade, kind.kind, kNoiseMm, std::nullopt, seed);
   const Eigen::Isometry3d pose = ScanFromPart();
   metrology::Points points;
-  for (int tip = 0; points.size() < kPoints;) {
+  for (int tip = 0; points.size() < kWeaklyHeldPoints;) {
     const CaseSampler::OnSurface on = sampler.NextOnSurface();
     if (std::abs(on.part_mm.z()) > kind.half_span_mm) continue;
     if (on.normal.z() > kTipNormal && (kind.tip_every == 0 || ++tip % kind.tip_every != 0)) continue;
@@ -84,7 +83,7 @@ Outcome RunOne(const PreparedBlade& prepared, const Kind& kind, bool cast, std::
   options.thread_count = 1;
   const auto fit = metrology::FitToSurface(*prepared.surface, {PortionOf(points)}, Displaced(pose, 0.2, 2e-3, seed),
                                            metrology::MachineCalibration(), options);
-  Outcome outcome;
+  WeaknessOutcome outcome;
   if (!fit.ok()) return outcome;
   outcome.converged = fit->outcome == metrology::Outcome::kConverged;
   outcome.condition = fit->evidence.condition_number;
@@ -101,20 +100,20 @@ Outcome RunOne(const PreparedBlade& prepared, const Kind& kind, bool cast, std::
 }  // namespace
 
 void RunWeakness(const PreparedBlade& prepared, const RunOptions& options, Figures* figures) {
-  std::printf("\nweakly held: %zu points, %d draws each; um along the weakest direction, medians and rms\n", kPoints,
-              options.weakness_draws);
+  std::printf("\nweakly held: %zu points, %d draws each; um along the weakest direction, medians and rms\n",
+              kWeaklyHeldPoints, options.weakness_draws);
   std::printf("%-34s %-10s %10s %10s %10s %12s %10s %10s\n", "", "casting", "condition", "stated", "real rms",
               "real/stated", "covered %", "converged");
   int row = 0;
   for (const Kind& kind : kKinds) {
     ++row;
     for (const bool cast : {false, true}) {
-      std::vector<Outcome> all(static_cast<std::size_t>(options.weakness_draws));
+      std::vector<WeaknessOutcome> all(static_cast<std::size_t>(options.weakness_draws));
       metrology::ForEach(all.size(), options.threads,
                          [&](std::size_t i) { all[i] = RunOne(prepared, kind, cast, 1 + i); });
       std::vector<double> condition, stated;
       double squares = 0, ratios = 0, covered = 0, converged = 0;
-      for (const Outcome& one : all) {
+      for (const WeaknessOutcome& one : all) {
         if (!one.converged) continue;
         converged += 1;
         condition.push_back(one.condition);

@@ -12,8 +12,7 @@ namespace {
 
 constexpr double kLineWidth_mm = 1;
 constexpr double kFoot_mm = 0.5, kTip_mm = 0.3;  // clear of both end faces
-constexpr double kMostKept = 0.9;
-constexpr double kCoverage = 1.959964;  // of a normal value's 95 %
+constexpr double kCoverage = 1.959964;           // of a normal value's 95 %
 
 }  // namespace
 

@@ -8,6 +8,8 @@
 
 namespace sixpoint::bench {
 
+inline constexpr double kMostKept = 0.9;  // of the span
+
 // The part as it is drawn, prepared once: its sections at all heights that blades are cut to.
 struct DrawnBlade {
   NominalBlade nominal;

@@ -19,8 +19,7 @@ using metrology::CamberMethod;
 using metrology::ExtrapolationMethod;
 using nlohmann::json;
 
-constexpr double kNoise_mm = 2e-3;  // of a point
-constexpr double kLeastKept = 0.7, kMostKept = 0.9;
+constexpr double kLeastKept = 0.7;
 
 struct Sizes {
   int blades = 200, camber_blades = 10, threads = 1;

@@ -16,7 +16,6 @@ using metrology::BladeSection;
 using metrology::NormalMethod;
 
 constexpr std::uint64_t kSeed = 4;
-constexpr double kNoise_mm = 2e-3;
 constexpr double kKept = 0.8;
 constexpr double kScallop_mm = 0.005;
 constexpr double kWeld_mm = 1.2;              // of the weld, over the true surface

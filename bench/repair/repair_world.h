@@ -45,6 +45,7 @@ struct WallPoints {
 WallPoints WallOf(const metrology::Surface& surface, std::size_t count, double from_z_mm, double to_z_mm,
                   std::uint64_t seed);
 
+inline constexpr double kNoise_mm = 2e-3;  // of a point
 metrology::Points ScanOf(const WallPoints& wall, const BladeWorld& world, double noise_mm, std::uint64_t seed);
 
 }  // namespace sixpoint::bench

@@ -45,14 +45,14 @@ std::vector<ScanReading> ScanBlade(const SensorPose& truth, const SensorPose& de
     for (const double a_deg : {0.0, -50.0}) {
       if (a_deg != 0 && b_deg != 0 && b_deg != 180) continue;
       const Eigen::Isometry3d machine_from_part =
-          axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * zero_from_part;
+          axes.MachineFromZero(a_deg * kRadPerDeg, b_deg * kRadPerDeg) * zero_from_part;
       const Eigen::Vector3d v0 = design.t_sm_mm + Eigen::Vector3d(150, 0, 0) - machine_from_part.translation();
       for (const BladePoint& point : blade) {
         if (machine_from_part.linear().row(2).dot(point.normal) < 0.3) continue;  // the scanner looks down
         const Eigen::Vector3d reading =
             Read(truth, linear, machine_from_part * (size * point.at_mm), v0, field, noise_mm, draw);
         if (std::abs(reading.y()) > 13 || std::abs(reading.z()) > 12.5) continue;
-        readings.push_back({reading, v0, a_deg * kDegree, b_deg * kDegree, point});
+        readings.push_back({reading, v0, a_deg * kRadPerDeg, b_deg * kRadPerDeg, point});
       }
     }
   return readings;
@@ -94,7 +94,7 @@ metrology::PlacedPose Register(const std::vector<ScanReading>& readings, const E
 metrology::NominalHoleGroup Holes(const Eigen::Isometry3d& nominal, const metrology::RotaryAxes& axes) {
   metrology::NominalHoleGroup group;
   group.name = "G";
-  group.nominal = {2 * kDegree, 40 * kDegree};
+  group.nominal = {2 * kRadPerDeg, 40 * kRadPerDeg};
   group.axis_in_part = nominal.linear().transpose() *
                        axes.MachineFromZero(group.nominal.a_rad, group.nominal.b_rad).linear().transpose() *
                        Eigen::Vector3d::UnitZ();
@@ -109,8 +109,8 @@ metrology::RotationCalibration AxesAsRead(const metrology::RotaryAxes& axes, con
   for (const double a_deg : {-60.0, 0.0, 60.0})
     for (int k = 0; k < 4; ++k) {
       metrology::SpherePose& pose = poses.emplace_back();
-      pose.a_rad = a_deg * kDegree;
-      pose.b_rad = 90 * k * kDegree;
+      pose.a_rad = a_deg * kRadPerDeg;
+      pose.b_rad = 90 * k * kRadPerDeg;
       pose.centre_mm = linear.inverse() * (axes.MachineFromZero(pose.a_rad, pose.b_rad) * sphere);
     }
   metrology::RotationOptions options;
@@ -206,7 +206,7 @@ std::vector<HoleOutcome> DrawHoles(const WorldErrors& errors, std::uint64_t seed
 
   const metrology::RegisteredPose pose(placed.zero_from_part, placed.noise_covariance, placed.sources);
   const metrology::NominalHoleGroup group = Holes(nominal, axes);
-  const metrology::RotaryLimits limits{-100 * kDegree, 100 * kDegree, -360 * kDegree, 360 * kDegree};
+  const metrology::RotaryLimits limits{-100 * kRadPerDeg, 100 * kRadPerDeg, -360 * kRadPerDeg, 360 * kRadPerDeg};
   const auto corrected = OrEnd(metrology::CorrectGroup(group, pose, nominal, machine.axes, metrology::RotaryAxes(),
                                                        limits, {warmth.taken.ratio, errors.tool_offset_mm}));
   const auto angles = OrEnd(metrology::Orient(axes, truth.linear() * group.axis_in_part, group.nominal, limits));

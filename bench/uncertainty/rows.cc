@@ -59,8 +59,8 @@ std::vector<metrology::SpherePose> ProbedPoses(const metrology::RotaryAxes& axes
   for (int i = 0; i < a_count; ++i)
     for (int k = 0; k < b_count; ++k) {
       metrology::SpherePose pose;
-      pose.a_rad = kDegree * (-60 + 120.0 * i / (a_count - 1));
-      pose.b_rad = kDegree * 360.0 * k / b_count;
+      pose.a_rad = kRadPerDeg * (-60 + 120.0 * i / (a_count - 1));
+      pose.b_rad = kRadPerDeg * 360.0 * k / b_count;
       pose.centre_mm = axes.MachineFromZero(pose.a_rad, pose.b_rad) * sphere +
                        Eigen::Vector3d(noise(*random), noise(*random), noise(*random));
       poses.push_back(pose);

@@ -126,7 +126,7 @@ Field DrawForm(const WorldErrors& errors, Draws* draw) {
 
 SensorPose DesignedSensor() {
   SensorPose design;
-  design.rotation = metrology::RotationFromCardan({0.4 * kDegree, 0.3 * kDegree, -0.4 * kDegree});
+  design.rotation = metrology::RotationFromCardan({0.4 * kRadPerDeg, 0.3 * kRadPerDeg, -0.4 * kRadPerDeg});
   design.t_sm_mm = {15, -42, 85};
   design.field = metrology::ScannerField::Of(kMid_mm, kRange_mm, kLine_rad);
   return design;

@@ -11,17 +11,18 @@
 #include <random>
 #include <utility>
 
+#include "metrology/frames/angles.h"
 #include "metrology/scanner/line_scanner.h"
 #include "metrology/studies/arm_study.h"
 
 namespace sixpoint::bench {
 
+using metrology::kRadPerDeg;
 using metrology::Matrix6d;
 using metrology::SensorPose;
 using metrology::Vector6d;
 
-inline constexpr double kDegree = M_PI / 180;
-inline constexpr double kMid_mm = 66, kRange_mm = 25, kLine_rad = 20 * kDegree;
+inline constexpr double kMid_mm = 66, kRange_mm = 25, kLine_rad = 20 * kRadPerDeg;
 
 // Standard deviations; 0: that source is not there.
 struct WorldErrors {

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "metrology/efficacy/efficacy.h"
+#include "metrology/frames/angles.h"
 #include "tests/metrology/efficacy/simulated_cuts.h"
 
 namespace sixpoint::metrology {
@@ -14,8 +15,6 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-constexpr double kRad = 3.14159265358979323846 / 180;
 
 const OffsetEstimate& Of(const Efficacy& efficacy, OffsetComponent component) {
   for (const OffsetEstimate& offset : efficacy.offsets)
@@ -55,13 +54,13 @@ TEST(Efficacy, FindsAPlantedOffsetOfTurnedHoles) {
 TEST(Efficacy, TellsRotaryZerosFromAnOffset) {
   CutWorld world = Still();
   world.offset_mm = {0.010, 0.020, 0};
-  world.a_zero_rad = 0.02 * kRad;
-  world.b_zero_rad = -0.01 * kRad;
+  world.a_zero_rad = 0.02 * kRadPerDeg;
+  world.b_zero_rad = -0.01 * kRadPerDeg;
   const Efficacy efficacy = Assess(Cut(world, 2));
   EXPECT_TRUE(efficacy.angles_used);
   ASSERT_TRUE(efficacy.condition_number);
-  EXPECT_NEAR(Of(efficacy, OffsetComponent::kA).value, 0.02 * kRad, 2e-7);
-  EXPECT_NEAR(Of(efficacy, OffsetComponent::kB).value, -0.01 * kRad, 2e-7);
+  EXPECT_NEAR(Of(efficacy, OffsetComponent::kA).value, 0.02 * kRadPerDeg, 2e-7);
+  EXPECT_NEAR(Of(efficacy, OffsetComponent::kB).value, -0.01 * kRadPerDeg, 2e-7);
   EXPECT_NEAR(Of(efficacy, OffsetComponent::kX).value, 0.010, 2e-5);
   EXPECT_NEAR(Of(efficacy, OffsetComponent::kY).value, 0.020, 2e-5);
 }
@@ -71,7 +70,7 @@ TEST(Efficacy, AnAxisThatTurnsNoHoleIsNotDetermined) {
   std::vector<BladeOutcome> blades = Cut(Still(), 3);
   for (BladeOutcome& blade : blades)
     for (HoleOutcome& hole : blade.holes) {
-      hole.a_rad = 90 * kRad;
+      hole.a_rad = 90 * kRadPerDeg;
       const Eigen::Matrix3d machine_from_part =
           RotaryAxes().MachineFromZero(hole.a_rad, hole.b_rad).linear() * hole.zero_from_part.linear();
       hole.predicted_axis = hole.found_axis = machine_from_part.transpose() * Eigen::Vector3d::UnitZ();

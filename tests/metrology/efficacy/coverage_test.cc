@@ -6,12 +6,12 @@
 #include <map>
 
 #include "metrology/efficacy/efficacy.h"
+#include "metrology/frames/angles.h"
 #include "tests/metrology/efficacy/simulated_cuts.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
 constexpr int kSeeds = 2000;
 
 struct Figures {
@@ -77,8 +77,8 @@ TEST(EfficacyCoverage, InAHarsherWorld) {
 TEST(EfficacyCoverage, WithRotaryZerosInAHarsherWorld) {
   CutWorld world = Harsh(12);
   world.offset_mm = {0.012, -0.009, 0};
-  world.a_zero_rad = 0.08 * kRad;
-  world.b_zero_rad = -0.08 * kRad;
+  world.a_zero_rad = 0.08 * kRadPerDeg;
+  world.b_zero_rad = -0.08 * kRadPerDeg;
   ExpectCovered(Over(world, "harsh, 12 blades, zeros"));
 }
 

@@ -4,10 +4,11 @@
 #include <cmath>
 #include <random>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
 // A and B of the hole groups.
 constexpr std::array<std::array<double, 2>, 4> kGroups = {{{0, 55}, {20, -30}, {-15, 80}, {40, 10}}};
 
@@ -37,8 +38,8 @@ std::vector<Hole> HolesOf(const CutWorld& world, Draws* draws) {
     for (int h = 0; h < world.holes_a_group; ++h) {
       Hole& hole = holes.emplace_back();
       hole.name = "G" + std::to_string(g + 1) + "/H" + std::to_string(h + 1);
-      hole.a_rad = kGroups[g][0] * kRad;
-      hole.b_rad = kGroups[g][1] * kRad;
+      hole.a_rad = kGroups[g][0] * kRadPerDeg;
+      hole.b_rad = kGroups[g][1] * kRadPerDeg;
       hole.start_in_part_mm = {40 * draws->Uniform() - 20, 20 * draws->Uniform() - 10, 80 * draws->Uniform()};
       if (!world.harsh) continue;
       hole.noise = 0.5 + 1.5 * draws->Uniform();

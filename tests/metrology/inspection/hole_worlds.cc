@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRad = M_PI / 180;
-constexpr int kHoles = 4, kFreedom = 12, kPointsOfView = 220;
-constexpr double kGauge_mm = 5e-4, kDepth_mm = 6, kFloor_mm = 1.5;
+constexpr int kWorldHoles = 4, kFreedom = 12, kPointsOfView = 220;
+constexpr double kFloor_mm = 1.5;
 
 struct World {
   PinnedBlock truth;
@@ -27,13 +28,13 @@ void PutHoles(const HoleWorld& wanted, std::mt19937_64* random, World* world) {
   const double nominal_mm = wanted.bores ? 2 : 0.44, pitch_mm = wanted.bores ? 2.2 * wanted.pitch_mm : wanted.pitch_mm;
   world->truth.holes.clear();
   world->truth.pins.clear();
-  for (int i = 0; i < kHoles; ++i) {
+  for (int i = 0; i < kWorldHoles; ++i) {
     InspectedHole hole;
     hole.group = "G1";
     hole.name = "H" + std::to_string(i + 1);
-    hole.pin = {{(i - 1.5) * pitch_mm, 0, 0}, axis, Vector3d::UnitZ(), nominal_mm, kDepth_mm};
+    hole.pin = {{(i - 1.5) * pitch_mm, 0, 0}, axis, Vector3d::UnitZ(), nominal_mm, kHoleDepth_mm};
     hole.position_tolerance_mm = 0.06;
-    hole.inclination_tolerance_rad = 0.5 * kRad;
+    hole.inclination_tolerance_rad = 0.5 * kRadPerDeg;
     SimulatedPin drilled;
     drilled.start_mm = hole.pin.start_mm + 0.015 * Vector3d(Normal(random), Normal(random), 0);
     drilled.axis = (axis + TangentBasis(axis) * (3e-3 * Eigen::Vector2d(Normal(random), Normal(random)))).normalized();
@@ -43,7 +44,8 @@ void PutHoles(const HoleWorld& wanted, std::mt19937_64* random, World* world) {
     SimulatedPin pin = drilled;
     if (wanted.play_mm > 0) {
       pin.radius_mm -= wanted.play_mm * Uniform(random) / 2;
-      hole.pin.gauge = GaugePin{2 * pin.radius_mm + kGauge_mm * Normal(random), kGauge_mm, wanted.play_mm, kDepth_mm};
+      hole.pin.gauge = GaugePin{2 * pin.radius_mm + kGaugeUncertainty_mm * Normal(random), kGaugeUncertainty_mm,
+                                wanted.play_mm, kHoleDepth_mm};
       const double half_mm = drilled.radius_mm - pin.radius_mm, at = 2 * M_PI * Uniform(random),
                    below = 2 * M_PI * Uniform(random);
       const auto touching = [&](double angle) {
@@ -52,7 +54,7 @@ void PutHoles(const HoleWorld& wanted, std::mt19937_64* random, World* world) {
       const Vector3d mouth = touching(at), foot = touching(below);
       pin.start_mm += mouth;
       // The mouth's point on the surface: the pin leans about it.
-      pin.axis = (pin.axis + (mouth - foot) / kDepth_mm).normalized();
+      pin.axis = (pin.axis + (mouth - foot) / kHoleDepth_mm).normalized();
       pin.start_mm -= pin.start_mm.z() / pin.axis.z() * pin.axis;
     } else {
       hole.pin.standing = PinStanding{};  // tight
@@ -106,7 +108,7 @@ Points SeenInside(const HoleWorld& wanted, const SimulatedPin& bore, const Vecto
   const Eigen::Matrix<double, 3, 2> across = TangentBasis(bore.axis);
   const Vector3d back = -view;
   const Vector3d back_across = back - back.dot(bore.axis) * bore.axis;
-  const double deepest_mm = wanted.floor ? kFloor_mm : kDepth_mm;
+  const double deepest_mm = wanted.floor ? kFloor_mm : kHoleDepth_mm;
   Points points;
   for (int i = 0; i < 60 * count && static_cast<int>(points.size()) < count; ++i) {
     const bool on_floor = wanted.floor && Uniform(random) < 0.3;
@@ -143,16 +145,16 @@ void Spoil(const HoleWorld& wanted, const SimulatedPin& pin, double phase, Point
 std::vector<LineScan> ScansOfWorld(const HoleWorld& wanted, const World& world, std::mt19937_64* random) {
   std::vector<LineScan> scans;
   std::vector<double> phases;
-  for (int i = 0; i < kHoles; ++i) phases.push_back(2 * M_PI * Uniform(random));
+  for (int i = 0; i < kWorldHoles; ++i) phases.push_back(2 * M_PI * Uniform(random));
   for (const double b_deg :
        wanted.one_side ? std::vector<double>{-60, -35, -10} : std::vector<double>{-60, -30, -10, 10, 30, 60}) {
     const PinnedBlock& truth = world.truth;
     const Eigen::Matrix3d part_from_machine =
-        (truth.axes.MachineFromZero(0, b_deg * kRad).linear() * truth.pose.zero_from_part.linear()).transpose();
+        (truth.axes.MachineFromZero(0, b_deg * kRadPerDeg).linear() * truth.pose.zero_from_part.linear()).transpose();
     const Vector3d view = -(part_from_machine * Vector3d::UnitZ());
     Points points;
     for (int i = 0; i < 30; ++i) points.emplace_back(28 * Uniform(random) - 14, 28 * Uniform(random) - 14, 0.0);
-    for (int i = 0; i < kHoles; ++i) {
+    for (int i = 0; i < kWorldHoles; ++i) {
       const SimulatedPin& thing = wanted.bores ? world.holes[i] : truth.pins[i];
       Points seen = wanted.bores ? SeenInside(wanted, thing, view, kPointsOfView, random)
                                  : SeenFrom(thing, {view}, kPointsOfView, random);
@@ -193,7 +195,7 @@ double AsSeen_mm(const StatedLength& diameter) {
 }
 
 void JudgeWorld(const World& world, const BladeFindings& findings, WorldTally* tally) {
-  for (int i = 0; i < kHoles; ++i) {
+  for (int i = 0; i < kWorldHoles; ++i) {
     const HoleFinding& found = findings.holes[i];
     const SimulatedPin& drilled = world.holes[i];
     const NominalPin& drawn = world.truth.holes[i].pin;

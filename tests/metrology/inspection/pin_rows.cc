@@ -3,13 +3,12 @@
 #include <cmath>
 #include <cstdio>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kRad = M_PI / 180;
-constexpr int kHoles = 10;
-constexpr double kDepth_mm = 6;
-constexpr double kGauge_mm = 5e-4;  // standard uncertainty of a pin's diameter
+constexpr int kRowHoles = 10;
 constexpr double kSlack_mm = 3e-4, kSlack_rad = 5e-5;
 constexpr double kOther_mm = 0.015;  // a pin that is another by so much is no gauge pin
 
@@ -62,10 +61,10 @@ std::string WrongAbout(const InspectedHole& hole, const SimulatedPin& bore, cons
   const bool good = position_mm <= hole.position_tolerance_mm - over_mm &&
                     inclination_rad <= hole.inclination_tolerance_rad - over_rad;
   if (found.verdict == Verdict::kConform && bad)
-    return Text("CONFORM, and %.4f mm, %.3f deg off, U %.4f mm", position_mm, inclination_rad / kRad,
+    return Text("CONFORM, and %.4f mm, %.3f deg off, U %.4f mm", position_mm, inclination_rad / kRadPerDeg,
                 found.position_expanded_uncertainty_mm);
   if (found.verdict == Verdict::kNotConform && good)
-    return Text("NOT_CONFORM, and %.4f mm, %.3f deg off, U %.4f mm", position_mm, inclination_rad / kRad,
+    return Text("NOT_CONFORM, and %.4f mm, %.3f deg off, U %.4f mm", position_mm, inclination_rad / kRadPerDeg,
                 found.position_expanded_uncertainty_mm);
   const double off_mm = (found.error.start_in_part_mm - bore.start_mm).norm();
   if (play_known && off_mm > 2e-3 + 1.5 * found.position_expanded_uncertainty_mm)
@@ -85,13 +84,14 @@ StandingPins PutPins(const PinRow& row, std::mt19937_64* random) {
   const double pitch_mm = row.pitch_over_diameter * row.hole_diameter_mm;
   const double pin_mm = row.hole_diameter_mm * (1 - row.play_share);
   const Eigen::Vector3d axis = Eigen::Vector3d(0.3, 0.2, 1).normalized();
-  for (int i = 0; i < kHoles; ++i) {
+  for (int i = 0; i < kRowHoles; ++i) {
     InspectedHole hole;
     hole.name = "H" + std::to_string(i + 1);
-    hole.pin = {{(i - kHoles / 2) * pitch_mm, 0, 0}, axis, Eigen::Vector3d::UnitZ(), row.hole_diameter_mm, kDepth_mm};
-    if (row.calibrated) hole.pin.gauge = GaugePin{pin_mm, kGauge_mm, drilled_mm - pin_mm, row.depth_mm};
+    hole.pin = {
+        {(i - kRowHoles / 2) * pitch_mm, 0, 0}, axis, Eigen::Vector3d::UnitZ(), row.hole_diameter_mm, kHoleDepth_mm};
+    if (row.calibrated) hole.pin.gauge = GaugePin{pin_mm, kGaugeUncertainty_mm, drilled_mm - pin_mm, row.depth_mm};
     hole.position_tolerance_mm = 0.03;
-    hole.inclination_tolerance_rad = 0.5 * kRad;
+    hole.inclination_tolerance_rad = 0.5 * kRadPerDeg;
     SimulatedPin bore;
     bore.start_mm = hole.pin.start_mm + 0.012 * Eigen::Vector3d(normal(*random), normal(*random), 0);
     bore.axis = (axis + TangentBasis(axis) * (2e-3 * Eigen::Vector2d(normal(*random), normal(*random)))).normalized();
@@ -103,8 +103,8 @@ StandingPins PutPins(const PinRow& row, std::mt19937_64* random) {
     if (!there) continue;
     SimulatedPin pin = bore;
     const bool strange = uniform(*random) < row.stranger_share;
-    const double diameter_mm =
-        strange ? pin_mm * (1 - 0.2 * uniform(*random)) : std::min(drilled_mm, pin_mm + kGauge_mm * normal(*random));
+    const double diameter_mm = strange ? pin_mm * (1 - 0.2 * uniform(*random))
+                                       : std::min(drilled_mm, pin_mm + kGaugeUncertainty_mm * normal(*random));
     pin.radius_mm = diameter_mm / 2;
     pin.length_mm = 2.5;
     pin.noise_mm = 0;  // put in by the sensor
@@ -124,7 +124,7 @@ absl::StatusOr<BladeFindings> InspectRow(const PinRow& row, const StandingPins& 
   BladeInspection inspection(plant.surface, plant.holes, plant.pose, plant.sensor, plant.axes, {});
   for (const double b_deg : plant.b_deg) {
     const Eigen::Matrix3d part_from_machine =
-        (plant.axes.MachineFromZero(0, b_deg * kRad).linear() * plant.pose.zero_from_part.linear()).transpose();
+        (plant.axes.MachineFromZero(0, b_deg * kRadPerDeg).linear() * plant.pose.zero_from_part.linear()).transpose();
     const Eigen::Vector3d view = -(part_from_machine * Eigen::Vector3d::UnitZ());
     Points points;
     for (int i = 0; i < 300; ++i) points.emplace_back(anywhere(*random), anywhere(*random), 0.0);

@@ -3,12 +3,9 @@
 #include <cmath>
 #include <string>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
-namespace {
-
-constexpr double kRad = 3.14159265358979323846 / 180;
-
-}  // namespace
 
 TriangleMesh BlockMesh() {
   TriangleMesh mesh;
@@ -21,7 +18,7 @@ TriangleMesh BlockMesh() {
 
 PinnedBlock MakePinnedBlock() {
   PinnedBlock plant;
-  plant.sensor.rotation = RotationFromCardan({0.14 * kRad, 0.46 * kRad, 0.28 * kRad});
+  plant.sensor.rotation = RotationFromCardan({0.14 * kRadPerDeg, 0.46 * kRadPerDeg, 0.28 * kRadPerDeg});
   plant.sensor.t_sm_mm = {14.8, -41.7, 20};
   plant.axes.a = {Eigen::Vector3d(1e-4, 1, -2e-4).normalized(), {26.6, 54.9, -193.1}};
   plant.axes.b = {Eigen::Vector3d(1, -1e-4, 3e-4).normalized(), {26.6, 54.87, -193.11}};
@@ -36,7 +33,7 @@ PinnedBlock MakePinnedBlock() {
     hole.pin = {{6.0 * i - 3, 2, 0}, axis, Eigen::Vector3d::UnitZ(), 0.44, 6};
     hole.pin.gauge = GaugePin{0.44, 1e-5, 0};  // as these are
     hole.position_tolerance_mm = 0.06;
-    hole.inclination_tolerance_rad = 0.5 * kRad;
+    hole.inclination_tolerance_rad = 0.5 * kRadPerDeg;
     SimulatedPin pin;
     pin.start_mm = hole.pin.start_mm + Eigen::Vector3d(0.02 + 0.06 * i, 0.01, 0);  // the second is out of tolerance
     pin.axis = (axis + TangentBasis(axis) * Eigen::Vector2d(2e-3, -3e-3)).normalized();
@@ -50,7 +47,7 @@ PinnedBlock MakePinnedBlock() {
 LineScan Scanned(const PinnedBlock& plant, double b_deg, const Points& in_part, std::mt19937_64* random) {
   std::normal_distribution<double> noise(0, 2e-3);
   LineScan scan;
-  scan.b_rad = b_deg * kRad;
+  scan.b_rad = b_deg * kRadPerDeg;
   scan.v0_mm = {-60, -87, 264};
   const Eigen::Isometry3d machine_from_part = plant.axes.MachineFromZero(0, scan.b_rad) * plant.pose.zero_from_part;
   Eigen::Matrix3d columns;
@@ -70,7 +67,7 @@ std::vector<LineScan> ScansOf(const PinnedBlock& plant, std::mt19937_64* random,
   std::vector<LineScan> scans;
   for (const double b_deg : plant.b_deg) {
     const Eigen::Matrix3d part_from_machine =
-        (plant.axes.MachineFromZero(0, b_deg * kRad).linear() * plant.pose.zero_from_part.linear()).transpose();
+        (plant.axes.MachineFromZero(0, b_deg * kRadPerDeg).linear() * plant.pose.zero_from_part.linear()).transpose();
     const Eigen::Vector3d view = -(part_from_machine * Eigen::Vector3d::UnitZ());
     Points points;
     for (int i = 0; i < top_count; ++i) points.emplace_back(anywhere(*random), anywhere(*random), 0.005);

@@ -11,6 +11,9 @@
 
 namespace sixpoint::metrology {
 
+inline constexpr double kHoleDepth_mm = 6;
+inline constexpr double kGaugeUncertainty_mm = 5e-4;  // standard, of a pin's diameter
+
 // 30 x 30 x 10 mm, its top the plane z = 0 of the part.
 TriangleMesh BlockMesh();
 
