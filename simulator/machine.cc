@@ -160,9 +160,9 @@ Eigen::Isometry3d MachineFromPartNominal(const DesignedPart& part, const Machine
 
 ScanPlan PlanStrip(const DesignedPart& part, const MachineDesign& design, double pitch_mm, double a_deg, double b_deg,
                    double y_mm) {
-  constexpr double kNear_mm = 10, kMargin_mm = 2, kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kNear_mm = 10, kMargin_mm = 2, kUnbounded = std::numeric_limits<double>::infinity();
   const Eigen::Isometry3d machine_from_part = MachineFromPartNominal(part, design, a_deg, b_deg);
-  double low_x = kInfinity, high_x = -kInfinity, top = -kInfinity;
+  double low_x = kUnbounded, high_x = -kUnbounded, top = -kUnbounded;
   for (const Eigen::Vector3d& vertex : part.mesh.vertices_mm) {
     const Eigen::Vector3d p = machine_from_part * vertex;
     low_x = std::min(low_x, p.x());
@@ -185,8 +185,8 @@ std::vector<ScanPlan> PlanBlade(const DesignedPart& part, const MachineDesign& d
   std::vector<ScanPlan> plans;
   for (const auto& [a_deg, b_deg] : poses_deg) {
     const Eigen::Isometry3d machine_from_part = MachineFromPartNominal(part, design, a_deg, b_deg);
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    double low_y = kInfinity, high_y = -kInfinity;
+    constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+    double low_y = kUnbounded, high_y = -kUnbounded;
     for (const Eigen::Vector3d& vertex : part.mesh.vertices_mm) {
       const double y = (machine_from_part * vertex).y();
       low_y = std::min(low_y, y);

@@ -24,7 +24,7 @@ namespace {
 
 using ingest::v1::UploadScanResponse;
 
-constexpr int kProfilesPerBlock = 4, kColumns = 320;
+constexpr int kProfilesPerBlock = 4, kScanColumns = 320;
 constexpr int kBlocksPerScan = 30;
 constexpr int kWindow = 4;          // blocks sent and not yet acknowledged
 constexpr int kAbandonEvery = 10;   // one scan in so many is left half-way
@@ -57,7 +57,7 @@ class Client {
  public:
   Client(const FaultOptions& options, int number, Totals* totals)
       : options_(options), number_(number), totals_(totals), channel_(OwnConnection(options.ingest)) {
-    const RawScan scan = BladeLikeScan(kBlocksPerScan * kProfilesPerBlock, kColumns, options.seed);
+    const RawScan scan = BladeLikeScan(kBlocksPerScan * kProfilesPerBlock, kScanColumns, options.seed);
     for (std::size_t i = 0; i < kBlocksPerScan; ++i) {
       const int points = static_cast<int>(PointCount(scan, i * kProfilesPerBlock, kProfilesPerBlock));
       blocks_.emplace_back(RawPayload(scan, i * kProfilesPerBlock, kProfilesPerBlock), points);
@@ -225,7 +225,7 @@ bool ComesBack(ingest::v1::ScanService::Stub* stub, const Scan& scan, const std:
       double x_mm = 0;
       std::memcpy(&x_mm, in, sizeof x_mm);
       in += sizeof x_mm + kColumnCount / 8;
-      for (int column = 0; column < kColumns; ++column, in += 8, at += 24) {
+      for (int column = 0; column < kScanColumns; ++column, in += 8, at += 24) {
         std::int32_t yz[2];
         double xyz[3];
         if (at + sizeof xyz > got.size()) return false;

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kWeaklyHeldPoints = 50'000;
-constexpr double kTwoSided95 = 1.96;
+constexpr double kCoverageFactor = 1.96;
 constexpr double kCastingUm = 5;  // rms; as a ground or cast airfoil deviates within its tolerance
 constexpr double kCastingWaveMm = 12;
 constexpr int kWaves = 24;
@@ -120,7 +120,7 @@ void RunWeakness(const PreparedBlade& prepared, const RunOptions& options, Figur
         stated.push_back(one.stated_um);
         squares += one.off_um * one.off_um;
         ratios += one.off_um * one.off_um / (one.stated_um * one.stated_um);
-        covered += one.off_um < kTwoSided95 * one.stated_um ? 1 : 0;
+        covered += one.off_um < kCoverageFactor * one.stated_um ? 1 : 0;
       }
       if (converged == 0) {
         std::printf("%-34s %-10s none converged\n", kind.words, cast ? "5 um" : "none");

@@ -21,8 +21,8 @@ double Way(Travel travel) { return travel == Travel::kForward ? 0.5 : travel == 
 
 absl::Status CheckReadings(const std::vector<AxisReading>& run) {
   constexpr double kGreatestErrorRad = 1 * kRadPerDeg, kFarthestRad = 100 * kTurn_rad;
-  constexpr size_t kMostReadings = 200'000;
-  if (run.size() > kMostReadings) return Refuse("run", std::to_string(run.size()) + " readings", "at most 200000");
+  constexpr size_t kMostAxisReadings = 200'000;
+  if (run.size() > kMostAxisReadings) return Refuse("run", std::to_string(run.size()) + " readings", "at most 200000");
   for (size_t i = 0; i < run.size(); ++i) {
     const AxisReading& r = run[i];
     const std::string field = "run[" + std::to_string(i) + "]";

@@ -155,13 +155,13 @@ void Judge(const std::vector<Seen>& all, const Artefact& artefact, Sighting* s) 
       4 * half * half - static_cast<double>(cones) * M_PI * artefact.cone_top_radius_mm * artefact.cone_top_radius_mm -
       static_cast<double>(artefact.slots.size()) * 4 * half_slot * half_slot;
   const double density = static_cast<double>(upper) / std::max(1.0, upper_area);
-  constexpr double kLeastShare = 0.25;
+  constexpr double kLeastSeenShare = 0.25;
   s->seen.clear();
   s->matched = 0;
   s->score = -static_cast<double>(against);
   for (size_t k = 0; k < s->agreeing.size(); ++k) {
     const double expected = density * (k < cones ? cone_area : slot_area);
-    s->seen.push_back(static_cast<double>(s->agreeing[k]) > std::max(15.0, kLeastShare * expected));
+    s->seen.push_back(static_cast<double>(s->agreeing[k]) > std::max(15.0, kLeastSeenShare * expected));
     s->matched += s->seen.back();
     s->score += static_cast<double>(s->agreeing[k]);
   }

@@ -111,8 +111,8 @@ absl::Status CheckDisplacements(const std::vector<ProbedFace>& faces, const std:
                                 ProbeDesign* design) {
   const auto [singular, left, right] = DecomposeSingular(design->matrix);
   design->condition_number = singular(0) / singular(5);
-  constexpr double kWorstCondition = 200;
-  if (design->condition_number < kWorstCondition) return absl::OkStatus();
+  constexpr double kWorstProbeCondition = 200;
+  if (design->condition_number < kWorstProbeCondition) return absl::OkStatus();
   const Eigen::Matrix<double, 6, 1> weakest = right.col(5);
   const bool approach = weakest.head<3>().norm() >= weakest.tail<3>().norm();
   const Eigen::Vector3d along = approach ? weakest.head<3>().normalized() : weakest.tail<3>().normalized();
@@ -135,7 +135,7 @@ absl::Status CheckDisplacements(const std::vector<ProbedFace>& faces, const std:
       std::string(approach ? "approach" : "offset") + " along " + Vector(along) +
       " is not determined: condition number " +
       (std::isfinite(design->condition_number) ? Rounded(design->condition_number) : "infinite") + ", want below " +
-      Rounded(kWorstCondition) + "; face " + flattest + " was measured over " + Rounded(least_span) +
+      Rounded(kWorstProbeCondition) + "; face " + flattest + " was measured over " + Rounded(least_span) +
       " mm of displacement, measure it at least twice, " + Rounded(0.2 * design->half_mm) + " mm apart or more");
 }
 

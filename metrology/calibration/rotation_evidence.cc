@@ -28,13 +28,13 @@ Eigen::Matrix<double, 3, 8> PointCJacobian(const RotaryAxes& axes) {
 
 // The record knows each axis well enough to tell other units or another machine.
 absl::Status CheckNominal(const std::string& name, const AxisLine& found, const AxisLine& nominal) {
-  constexpr double kFarthestMm = 10, kGreatestTurn = 2 * kRadPerDeg;
+  constexpr double kFarthestOffMm = 10, kGreatestTurn = 2 * kRadPerDeg;
   const double off = found.direction.cross(nominal.point_mm - found.point_mm).norm();
   const double turned = std::acos(std::min(1.0, std::abs(found.direction.dot(nominal.direction))));
-  if (off <= kFarthestMm && turned <= kGreatestTurn) return absl::OkStatus();
+  if (off <= kFarthestOffMm && turned <= kGreatestTurn) return absl::OkStatus();
   return absl::FailedPreconditionError(name + " axis was found " + Rounded(off) + " mm and " +
                                        Rounded(turned / kRadPerDeg) + " deg from the machine's record, want within " +
-                                       Rounded(kFarthestMm) + " mm and " + Rounded(kGreatestTurn / kRadPerDeg) +
+                                       Rounded(kFarthestOffMm) + " mm and " + Rounded(kGreatestTurn / kRadPerDeg) +
                                        " deg: check the poses' units (mm, deg) and that they are of this machine");
 }
 

@@ -109,8 +109,8 @@ CardanAngles CardanUncertainty(const CardanAngles& angles, const Eigen::Matrix3d
 
 absl::Status ReportCentres(const std::vector<LineScan>& scans, const Artefact& artefact, const ArtefactTouch& touch,
                            const SensorCalibrationOptions& options, SensorCalibration* result) {
-  using Centres = absl::StatusOr<std::vector<FeatureCentre>>;
-  std::vector<Centres> found(scans.size(), Centres(std::vector<FeatureCentre>{}));
+  using CentresOfScan = absl::StatusOr<std::vector<FeatureCentre>>;
+  std::vector<CentresOfScan> found(scans.size(), CentresOfScan(std::vector<FeatureCentre>{}));
   ForEach(scans.size(), options.threads, [&](size_t s) {
     found[s] = MeasureCentres(scans[s], artefact, result->machine_from_artefact, result->sensor, options.optics);
   });
@@ -122,7 +122,7 @@ absl::Status ReportCentres(const std::vector<LineScan>& scans, const Artefact& a
             .push_back({scans[s].id, centre.name, centre.in_machine_mm - *touched});
   }
   std::vector<FeatureCentre> slots;
-  for (const Centres& of_scan : found)
+  for (const CentresOfScan& of_scan : found)
     for (const FeatureCentre& centre : *of_scan)
       if (centre.slot && TouchedCentre(touch, centre.name) != nullptr) slots.push_back(centre);
   double pitch_mm = 0;

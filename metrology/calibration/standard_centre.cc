@@ -52,11 +52,11 @@ absl::StatusOr<Bore> FitBore(const Points& points) {
   }
   const SingularValueDecomposition svd = DecomposeSingular(matrix);
   bore.condition_number = svd.values(0) / svd.values(2);
-  constexpr double kWorstCondition = 30;  // an arc of some 40 deg
-  if (!(bore.condition_number < kWorstCondition) || !bore.centre_mm.allFinite())
+  constexpr double kWorstArcCondition = 30;  // an arc of some 40 deg
+  if (!(bore.condition_number < kWorstArcCondition) || !bore.centre_mm.allFinite())
     return absl::FailedPreconditionError("bore_mm is not determined: condition number " +
-                                         Rounded(bore.condition_number) + ", want below " + Rounded(kWorstCondition) +
-                                         "; touch the bore all round");
+                                         Rounded(bore.condition_number) + ", want below " +
+                                         Rounded(kWorstArcCondition) + "; touch the bore all round");
   const Eigen::Matrix3d inverse =
       svd.right * svd.values.cwiseInverse().cwiseAbs2().asDiagonal() * svd.right.transpose();
   bore.inverse = inverse.topLeftCorner<2, 2>();

@@ -15,7 +15,6 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kProbability = 0.95;
 constexpr std::size_t kChunk = 250;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -169,14 +168,14 @@ DrawnStart Summed(const CorrectedHole& hole, const std::vector<Cause>& causes, s
   std::sort(squares_mm2.begin(), squares_mm2.end());
   const double count = static_cast<double>(squares_mm2.size());
   // How many draws lie below the value is binomial: two standard deviations of that are 95 %.
-  const double spread = 1.96 * std::sqrt(count * kProbability * (1 - kProbability));
+  const double spread = 1.96 * std::sqrt(count * kStartProbability * (1 - kStartProbability));
   const auto at_rank = [&](double rank) {
     const double within = std::clamp(std::round(rank), 0.0, count - 1);
     return 1e3 * std::sqrt(squares_mm2[static_cast<std::size_t>(within)]);
   };
-  start.expanded_uncertainty_um = at_rank(kProbability * count);
-  start.low_um = at_rank(kProbability * count - spread);
-  start.high_um = at_rank(kProbability * count + spread);
+  start.expanded_uncertainty_um = at_rank(kStartProbability * count);
+  start.low_um = at_rank(kStartProbability * count - spread);
+  start.high_um = at_rank(kStartProbability * count + spread);
   for (std::size_t c = 0; c < causes.size(); ++c) {
     double sum_mm2 = 0;
     for (const Drawn& some : drawn) sum_mm2 += some.sums_mm2[c][at];

@@ -35,10 +35,9 @@ void SumUp(const std::vector<std::pair<const UncertaintyPart*, Eigen::Matrix3d>>
   std::stable_sort(hole->components.begin(), hole->components.end(),
                    [](const auto& one, const auto& other) { return one.variance > other.variance; });
   hole->degrees_of_freedom = EffectiveDegreesOfFreedom(hole->components);
-  constexpr double kProbability = 0.95;
   hole->expanded_uncertainty_um =
-      1e3 * WideningOf(kProbability, hole->degrees_of_freedom, ComponentsOf(hole->covariance_mm2)) *
-      DistanceQuantile(hole->covariance_mm2, kProbability);
+      1e3 * WideningOf(kStartProbability, hole->degrees_of_freedom, ComponentsOf(hole->covariance_mm2)) *
+      DistanceQuantile(hole->covariance_mm2, kStartProbability);
 }
 
 }  // namespace

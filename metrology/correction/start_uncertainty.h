@@ -64,6 +64,7 @@ struct AngleUncertainty {
 AngleUncertainty AngleUncertaintyOf(const std::vector<UncertaintyPart>& parts, const RotaryPositioning& positioning,
                                     const RotaryAngles& commanded);
 
+inline constexpr double kStartProbability = 0.95;  // of its expanded uncertainty
 // The start whose values begin at first_row: its covariance, budget and expanded uncertainty, with what drilling adds.
 void SumUpStart(const std::vector<UncertaintyPart>& parts, Eigen::Index first_row, const Drilling& drilling,
                 const RotaryPositioning& positioning, const Eigen::Matrix<double, 3, 2>& moved_per_angle,

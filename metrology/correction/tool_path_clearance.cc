@@ -66,7 +66,7 @@ class PathClearances {
         keep_going_(keep_going) {}
 
   absl::StatusOr<PathClearance> Of(const PathMotion& motion, int from) {
-    constexpr int kMostLooks = 20'000;
+    constexpr int kMostLooksAtPath = 20'000;
     PathClearance least{from, std::numeric_limits<double>::infinity(), 0, 0};
     std::vector<PathPiece> pieces;  // a heap
     int looks = 0;
@@ -88,7 +88,7 @@ class PathClearances {
       pieces.pop_back();
       const bool fails = least.clearance_mm < clearance_mm_;
       if (piece.AtLeastMm() >= (fails ? least.clearance_mm - kTold_mm : clearance_mm_)) break;
-      if (looks >= kMostLooks) {
+      if (looks >= kMostLooksAtPath) {
         if (!fails) least = {from, piece.AtLeastMm(), piece.Share(), piece.HeightMm()};
         break;
       }

@@ -34,7 +34,7 @@ double SineFromTurn(const Vector3d& direction, const Vector3d& from, const Vecto
 double GreatestAlong(const PathMotion& motion, const std::function<double(double)>& distance_at,
                      const std::function<double(double, double)>& bend_between, double resolution) {
   constexpr double kShare = 1e-3;
-  constexpr int kMostLooks = 20'000;
+  constexpr int kMostLooksAtStep = 20'000;
   struct Piece {
     double from, to, distance_from, distance_to, bend;
   };
@@ -52,7 +52,7 @@ double GreatestAlong(const PathMotion& motion, const std::function<double(double
     pieces.pop_back();
     const double length = piece.to - piece.from;
     const double at_most = std::fmax(piece.distance_from, piece.distance_to) + piece.bend * length * length / 8;
-    if (at_most <= greatest * (1 + kShare) + resolution || looks >= kMostLooks) {
+    if (at_most <= greatest * (1 + kShare) + resolution || looks >= kMostLooksAtStep) {
       bound = std::fmax(bound, at_most);
       continue;
     }

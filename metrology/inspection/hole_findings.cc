@@ -9,12 +9,11 @@
 #include <utility>
 
 #include "metrology/inspection/blade_inspection.h"
+#include "metrology/inspection/part_mapping.h"
 #include "metrology/linear_algebra/symmetric.h"
 
 namespace sixpoint::metrology {
 namespace {
-
-constexpr int kInputs = 6 + kCalibrationParameterCount;  // the pose, then what maps a point
 
 std::string FartherThan(const char* what, double reach_mm, double offset_mm) {
   char text[128];
@@ -188,7 +187,7 @@ std::vector<BladeInspection::Part> BladeInspection::PartsOf(const PinFit& fit, c
   const double known = std::numeric_limits<double>::infinity();
   const bool by_pin = instrument == HoleInstrument::kPin;
   const RegisteredPose& pose = mapping_.pose();
-  Eigen::Matrix<double, 5, kInputs> sensitivity;
+  Eigen::Matrix<double, 5, kMappingInputs> sensitivity;
   sensitivity.setZero();
   for (std::size_t i = 0; i < fit.used.size(); ++i) {
     const PinPoint& point = points[fit.used[i]];

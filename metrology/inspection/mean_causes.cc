@@ -10,11 +10,11 @@ namespace sixpoint::metrology {
 
 DeviationCauses CausesOf(const PartMapping& mapping, std::size_t mean_count,
                          const std::function<std::vector<MeanPart>(std::size_t mean)>& parts_of, int threads) {
-  constexpr Eigen::Index kInputs = 6 + kCalibrationParameterCount;
   const RegisteredPose& pose = mapping.pose();
   const auto rows = static_cast<Eigen::Index>(mean_count);
   const auto angle_count = static_cast<Eigen::Index>(pose.angles.size());
-  Eigen::MatrixXd inputs = Eigen::MatrixXd::Zero(rows, kInputs), angles = Eigen::MatrixXd::Zero(rows, angle_count);
+  Eigen::MatrixXd inputs = Eigen::MatrixXd::Zero(rows, kMappingInputs),
+                  angles = Eigen::MatrixXd::Zero(rows, angle_count);
   ForEach(mean_count, threads, [&](std::size_t mean) {
     for (const MeanPart& part : parts_of(mean)) {
       const Eigen::RowVector3d along = part.share * part.normal.transpose();

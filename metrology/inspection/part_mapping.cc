@@ -20,13 +20,13 @@ ScanPlace PartMapping::PlaceOf(const LineScan& scan) const {
   return place;
 }
 
-Eigen::Matrix<double, 3, 6 + kCalibrationParameterCount> PartMapping::Sensitivity(const Eigen::Vector3d& in_part_mm,
-                                                                                  const Eigen::Vector3d& in_sensor_mm,
-                                                                                  const ScanPlace& place) const {
+Eigen::Matrix<double, 3, kMappingInputs> PartMapping::Sensitivity(const Eigen::Vector3d& in_part_mm,
+                                                                  const Eigen::Vector3d& in_sensor_mm,
+                                                                  const ScanPlace& place) const {
   const Eigen::Matrix3d part_from_zero = pose_.zero_from_part.linear().transpose();
   const Eigen::Vector3d in_zero = pose_.zero_from_part * in_part_mm;
   // How the pose moves the point's place in the part, and how its place at `zero` follows what maps it: only their difference shows.
-  Eigen::Matrix<double, 3, 6 + kCalibrationParameterCount> sensitivity;
+  Eigen::Matrix<double, 3, kMappingInputs> sensitivity;
   sensitivity << -PointJacobian(in_zero, pose_.noise.reference_mm),
       ZeroPointSensitivity(in_sensor_mm, in_zero, place.a_rad, place.b_rad, sensor_, axes_);
   return part_from_zero * sensitivity;

@@ -20,6 +20,7 @@ struct ScanPlace {
   double commanded_a_rad, commanded_b_rad;
 };
 
+inline constexpr int kMappingInputs = 6 + kCalibrationParameterCount;  // the pose, then what maps a point
 // Points that a thread maps at a time: sums do not depend on the number of threads.
 inline constexpr std::size_t kMappedAtOnce = 8192;
 
@@ -39,9 +40,9 @@ class PartMapping {
   }
 
   // Change of a point's place in the part per change of the pose, and of the parameters that map it.
-  Eigen::Matrix<double, 3, 6 + kCalibrationParameterCount> Sensitivity(const Eigen::Vector3d& in_part_mm,
-                                                                       const Eigen::Vector3d& in_sensor_mm,
-                                                                       const ScanPlace& place) const;
+  Eigen::Matrix<double, 3, kMappingInputs> Sensitivity(const Eigen::Vector3d& in_part_mm,
+                                                       const Eigen::Vector3d& in_sensor_mm,
+                                                       const ScanPlace& place) const;
   // The same per radian that each of the pose's angles is taken greater; where the point was scanned at it, directly too.
   Eigen::Matrix3Xd AngleSensitivity(const Eigen::Vector3d& in_part_mm, const ScanPlace& place) const;
 

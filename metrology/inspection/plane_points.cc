@@ -97,7 +97,7 @@ PoseCovariance PlanePoints::Covariance() const {
   const auto angle_count = static_cast<Eigen::Index>(pose.angles.size());
   // Of a rigid motion, by least squares of the points' displacements.
   Matrix6d normal = Matrix6d::Zero();
-  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(6, 6 + kCalibrationParameterCount + angle_count);
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(6, kMappingInputs + angle_count);
   for (const Sampled& one : sampled) {
     const Eigen::Matrix<double, 3, 6> motion = PointJacobian(one.in_part_mm, middle);
     Eigen::MatrixXd moved(3, right.cols());

@@ -80,8 +80,8 @@ LeanField LeanOf(const PointChain& chain, const LocalFit& fit) {
   field.shift = solved.head<2>();
   field.by_place.row(0) = solved.segment<2>(2).transpose();
   field.by_place.row(1) = solved.segment<2>(4).transpose();
-  constexpr double kSteepest = 1.7;  // 60 deg, as with a surface (samples.h)
-  if (!solved.allFinite() || field.shift.norm() > kSteepest) {
+  constexpr double kSteepestLean = 1.7;  // 60 deg, as with a surface (samples.h)
+  if (!solved.allFinite() || field.shift.norm() > kSteepestLean) {
     field.shift.setZero();
     field.by_place.setZero();
   }

@@ -43,12 +43,12 @@ void SharpEdges::Bound(std::size_t node, Range range) {
 }
 
 double SharpEdges::Distance(const Vector3d& point_mm, double reach_mm) const {
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  if (edges_.empty()) return kNone;
+  constexpr double kOutOfReach = std::numeric_limits<double>::infinity();
+  if (edges_.empty()) return kOutOfReach;
   const double reach_squared = reach_mm * reach_mm;
-  double squared = std::nextafter(reach_squared, kNone);
+  double squared = std::nextafter(reach_squared, kOutOfReach);
   Search(0, {0, edges_.size()}, point_mm, &squared);
-  return squared <= reach_squared ? std::sqrt(squared) : kNone;
+  return squared <= reach_squared ? std::sqrt(squared) : kOutOfReach;
 }
 
 void SharpEdges::Search(std::size_t node, Range range, const Vector3d& point_mm, double* squared) const {
