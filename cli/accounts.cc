@@ -16,7 +16,7 @@ namespace {
 
 using plant::v1::Account;
 using plant::v1::AccountService;
-using Stub = AccountService::Stub;
+using AccountStub = AccountService::Stub;
 
 struct AccountsArguments {
   std::string name, password_file;
@@ -56,7 +56,8 @@ absl::Status SetRoles(const std::vector<std::string>& words, Request* request) {
 }
 
 template <typename Request>
-absl::Status Change(Session* session, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Account*),
+absl::Status Change(Session* session,
+                    grpc::Status (AccountStub::*method)(grpc::ClientContext*, const Request&, Account*),
                     Request request, const AccountsArguments& arguments) {
   request.set_name(NameText("users", arguments.name));
   return CallAndPrint<AccountService>(session, "plant", method, request, AccountText).status();
@@ -69,17 +70,17 @@ absl::Status Create(Session* session, const AccountsArguments& arguments) {
       ReadSecret("password of " + NameText("users", arguments.name), arguments.password_file, /*twice=*/true);
   if (!password.ok()) return password.status();
   request.set_password(*password);
-  return Change(session, &Stub::CreateAccount, std::move(request), arguments);
+  return Change(session, &AccountStub::CreateAccount, std::move(request), arguments);
 }
 
-absl::Status Show(Session* session, const AccountsArguments& arguments) {
-  return Change(session, &Stub::GetAccount, plant::v1::GetAccountRequest(), arguments);
+absl::Status ShowAccount(Session* session, const AccountsArguments& arguments) {
+  return Change(session, &AccountStub::GetAccount, plant::v1::GetAccountRequest(), arguments);
 }
 
 absl::Status Roles(Session* session, const AccountsArguments& arguments) {
   plant::v1::SetAccountRolesRequest request;
   if (absl::Status status = SetRoles(arguments.roles, &request); !status.ok()) return status;
-  return Change(session, &Stub::SetAccountRoles, std::move(request), arguments);
+  return Change(session, &AccountStub::SetAccountRoles, std::move(request), arguments);
 }
 
 absl::Status Password(Session* session, const AccountsArguments& arguments) {
@@ -88,15 +89,15 @@ absl::Status Password(Session* session, const AccountsArguments& arguments) {
       ReadSecret("new password of " + NameText("users", arguments.name), arguments.password_file, /*twice=*/true);
   if (!password.ok()) return password.status();
   request.set_password(*password);
-  return Change(session, &Stub::SetPassword, std::move(request), arguments);
+  return Change(session, &AccountStub::SetPassword, std::move(request), arguments);
 }
 
 absl::Status Disable(Session* session, const AccountsArguments& arguments) {
-  return Change(session, &Stub::DisableAccount, plant::v1::DisableAccountRequest(), arguments);
+  return Change(session, &AccountStub::DisableAccount, plant::v1::DisableAccountRequest(), arguments);
 }
 
 absl::Status Enable(Session* session, const AccountsArguments& arguments) {
-  return Change(session, &Stub::EnableAccount, plant::v1::EnableAccountRequest(), arguments);
+  return Change(session, &AccountStub::EnableAccount, plant::v1::EnableAccountRequest(), arguments);
 }
 
 }  // namespace
@@ -112,14 +113,14 @@ void AddAccountsCommands(Command* app, Session* session) {
     return command;
   };
   Command* create = add("create", "An account with a password, which is asked for at the terminal", Create);
-  AddListCommand<AccountService>(accounts, session, "Who may sign in", "plant", &Stub::ListAccounts,
+  AddListCommand<AccountService>(accounts, session, "Who may sign in", "plant", &AccountStub::ListAccounts,
                                  plant::v1::ListAccountsRequest(), Table({"who", "roles", "signs in", "changed"}),
                                  &plant::v1::ListAccountsResponse::accounts, [](const Account& account) {
                                    return Cells{account.name(), RolesText(account),
                                                 account.disabled() ? "disabled" : "by " + MethodText(account),
                                                 TimeText(account.changed_at())};
                                  });
-  add("show", "One account", Show);
+  add("show", "One account", ShowAccount);
   Command* roles = add("roles", "Its roles from now on; its sessions end", Roles);
   Command* password = add("password", "Another password; its sessions end", Password);
   add("disable", "Nobody signs in by it any more; its sessions end", Disable);

@@ -16,7 +16,7 @@ namespace {
 using inspection::v1::AssessmentService;
 using inspection::v1::MeasurementOrder;
 
-struct Arguments {
+struct AssessArguments {
   std::string blade, drawing, clamping, sensor_calibration;
   std::vector<std::string> results, scans;
   bool before_machining = false, axis_tables = false;
@@ -30,7 +30,7 @@ inspection::v1::AssessmentStage StageOf(bool before_machining) {
 // Orders what a plan asks for, one after another; the scans are registered once for each way of positioning.
 class Measurer {
  public:
-  Measurer(Session* session, const Arguments& arguments) : session_(session), arguments_(arguments) {}
+  Measurer(Session* session, const AssessArguments& arguments) : session_(session), arguments_(arguments) {}
 
   // The result's name.
   absl::StatusOr<std::string> Measure(const MeasurementOrder& order) {
@@ -92,7 +92,7 @@ class Measurer {
   }
 
   Session* const session_;
-  const Arguments& arguments_;
+  const AssessArguments& arguments_;
   std::map<std::string, std::string> registrations_;  // by method and options
 };
 
@@ -104,7 +104,7 @@ absl::StatusOr<inspection::v1::AssessmentPlan> PlanOf(Session* session, const st
   return CallAtLength<AssessmentService>(session, "", "inspection", &AssessmentService::Stub::PlanAssessment, request);
 }
 
-absl::Status Assess(Session* session, const Arguments& arguments) {
+absl::Status Assess(Session* session, const AssessArguments& arguments) {
   inspection::v1::AssessBladeRequest request;
   request.set_blade(NameText("blades", arguments.blade));
   request.set_drawing(NameText("drawings", arguments.drawing));
@@ -130,7 +130,7 @@ absl::Status Assess(Session* session, const Arguments& arguments) {
 }  // namespace
 
 void AddAssessCommand(Command* app, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<AssessArguments>();
   Command* command =
       app->AddCommand("assess", "Judges a blade by its drawing; done means judged, whatever the verdict");
   command->AddOption("--blade", &arguments->blade, "Serial number")->Required();

@@ -11,11 +11,11 @@ namespace {
 
 using calibration::v1::CalibrationService;
 
-struct Arguments : CalibrationOptions {
+struct AxisArguments : CalibrationOptions {
   std::string machine, axis, file;
 };
 
-absl::Status CharacteriseAxis(Session* session, const Arguments& arguments) {
+absl::Status CharacteriseAxis(Session* session, const AxisArguments& arguments) {
   const absl::StatusOr<calibration::v1::AxisRun> run = LoadAxisRun(arguments.file, arguments.axis);
   if (!run.ok()) return run.status();
   calibration::v1::CharacteriseAxisRequest request;
@@ -31,7 +31,7 @@ absl::Status CharacteriseAxis(Session* session, const Arguments& arguments) {
 }  // namespace
 
 void AddCalibrateAxisCommand(Command* calibrate, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<AxisArguments>();
   Command* axis = calibrate->AddCommand("axis", "How a rotary axis positions, from an encoder run over a turn");
   axis->AddOption("--machine", &arguments->machine, "The machine")->Required();
   axis->AddOption("--axis", &arguments->axis, "The axis's letter")->Required();

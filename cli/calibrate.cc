@@ -21,7 +21,7 @@ absl::Status MarkHeld(Session* session, const absl::StatusOr<calibration::v1::Ca
   return absl::OkStatus();
 }
 
-struct Arguments : CalibrationOptions {
+struct CalibrateArguments : CalibrationOptions {
   std::string machine, artefact, file;
   std::vector<std::string> scans;
   std::string method;
@@ -30,7 +30,7 @@ struct Arguments : CalibrationOptions {
   double uncertainty_um = 0;
 };
 
-absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
+absl::Status CalibrateSensor(Session* session, const CalibrateArguments& arguments) {
   absl::StatusOr<calibration::v1::TouchData> touch = LoadTouchData(arguments.file);
   if (!touch.ok()) return touch.status();
   calibration::v1::CalibrateSensorRequest request;
@@ -46,7 +46,7 @@ absl::Status CalibrateSensor(Session* session, const Arguments& arguments) {
                                                    request, CalibrationText, "calibrating the sensor"));
 }
 
-absl::Status CalibrateRotation(Session* session, const Arguments& arguments) {
+absl::Status CalibrateRotation(Session* session, const CalibrateArguments& arguments) {
   calibration::v1::CalibrateRotationRequest request;
   request.set_machine(NameText("machines", arguments.machine));
   const bool standard = arguments.method == "standard";
@@ -84,7 +84,7 @@ void AddCalibrateCommands(Command* app, Session* session) {
   Command* calibrate = app->AddCommand("calibrate", "Calibrates a machine");
   calibrate->RequireCommand();
 
-  const auto sensor_arguments = std::make_shared<Arguments>();
+  const auto sensor_arguments = std::make_shared<CalibrateArguments>();
   Command* sensor =
       calibrate->AddCommand("sensor", "Sensor to machine, from artefact scans at two heights and touch data");
   sensor->AddOption("--machine", &sensor_arguments->machine, "The machine")->Required();
@@ -96,7 +96,7 @@ void AddCalibrateCommands(Command* app, Session* session) {
   AddCalibrationOptions(sensor, sensor_arguments);
   session->OnCommand(sensor, [session, sensor_arguments] { return CalibrateSensor(session, *sensor_arguments); });
 
-  const auto rotation_arguments = std::make_shared<Arguments>();
+  const auto rotation_arguments = std::make_shared<CalibrateArguments>();
   Command* rotation = calibrate->AddCommand("rotation", "Rotary axes, from poses of a probed sphere");
   rotation->AddOption("--machine", &rotation_arguments->machine, "The machine")->Required();
   rotation->AddOption("--poses", &rotation_arguments->file,

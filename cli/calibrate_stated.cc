@@ -16,7 +16,7 @@ namespace {
 
 using calibration::v1::CalibrationService;
 
-struct Arguments {
+struct StatedArguments {
   std::string machine, certificate, sensor_serial_number;
   std::vector<double> t_sm_mm, angles_deg;
   double turn_uncertainty_deg = 0, shift_uncertainty_um = 0;
@@ -24,7 +24,7 @@ struct Arguments {
   bool draft = false;
 };
 
-absl::Status CalibrateStated(Session* session, const Arguments& arguments) {
+absl::Status CalibrateStated(Session* session, const StatedArguments& arguments) {
   constexpr double kRadPerDeg = M_PI / 180;
   const auto t_sm_mm = ThreeOf("--t-sm-mm", arguments.t_sm_mm, "X,Y,Z");
   if (!t_sm_mm.ok()) return t_sm_mm.status();
@@ -54,7 +54,7 @@ absl::Status CalibrateStated(Session* session, const Arguments& arguments) {
 }  // namespace
 
 void AddCalibrateStatedCommand(Command* calibrate, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<StatedArguments>();
   Command* stated = calibrate->AddCommand("stated", "How a snapshot sensor stands, as its certificate has it");
   stated->AddOption("--machine", &arguments->machine, "The machine, whose sensor is of kind snapshot")->Required();
   stated

@@ -17,12 +17,12 @@ using calibration::v1::CalibrationService;
 
 namespace {
 
-struct Decision {
+struct DecidedCalibration {
   std::string calibration, reason;
 };
 
 template <typename Request>
-Request RequestOf(const Decision& decision) {
+Request RequestOf(const DecidedCalibration& decision) {
   Request request;
   request.set_name(CalibrationNameText(decision.calibration));
   request.set_reason(decision.reason);
@@ -30,14 +30,14 @@ Request RequestOf(const Decision& decision) {
   return request;
 }
 
-absl::Status Release(Session* session, const Decision& decision) {
+absl::Status Release(Session* session, const DecidedCalibration& decision) {
   return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::ReleaseCalibration,
                                           RequestOf<calibration::v1::ReleaseCalibrationRequest>(decision),
                                           CalibrationText)
       .status();
 }
 
-absl::Status Withdraw(Session* session, const Decision& decision) {
+absl::Status Withdraw(Session* session, const DecidedCalibration& decision) {
   return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::WithdrawCalibration,
                                           RequestOf<calibration::v1::WithdrawCalibrationRequest>(decision),
                                           WithdrawalText)
@@ -45,7 +45,7 @@ absl::Status Withdraw(Session* session, const Decision& decision) {
 }
 
 void AddStateCommands(Command* calibration, Session* session) {
-  const auto decision = std::make_shared<Decision>();
+  const auto decision = std::make_shared<DecidedCalibration>();
   Command* release = calibration->AddCommand("release", "Puts a draft in force");
   release->AddOption("ID", &decision->calibration, "The calibration")->Required();
   release->AddOption("--reason", &decision->reason, "Kept in the record");
@@ -109,7 +109,7 @@ std::string RmsText(const calibration::v1::Calibration& entry) {
                3);
 }
 
-absl::Status Show(Session* session, const std::string& id) {
+absl::Status ShowCalibration(Session* session, const std::string& id) {
   calibration::v1::GetCalibrationRequest request;
   request.set_name(CalibrationNameText(id));
   return CallAndPrint<CalibrationService>(session, "calibration", &CalibrationService::Stub::GetCalibration, request,
@@ -142,7 +142,7 @@ void AddCalibrationCommands(Command* app, Session* session) {
   const auto id = std::make_shared<std::string>();
   Command* show = calibration->AddCommand("show", "Shows a calibration with its uncertainties");
   show->AddOption("ID", id.get(), "The calibration")->Required();
-  session->OnCommand(show, [session, id] { return Show(session, *id); });
+  session->OnCommand(show, [session, id] { return ShowCalibration(session, *id); });
 
   AddStateCommands(calibration, session);
   AddTrendCommand(calibration, session);

@@ -207,7 +207,7 @@ absl::Status Revoke(Session* session, const CertsArguments& arguments) {
   return absl::OkStatus();
 }
 
-absl::Status Show(Session* session, const CertsArguments& arguments) {
+absl::Status ShowCertificate(Session* session, const CertsArguments& arguments) {
   const absl::StatusOr<fs::path> folder = arguments.folder.empty() ? IdentityFolder(session->identity, session->data)
                                                                    : absl::StatusOr<fs::path>(arguments.folder);
   if (!folder.ok()) return folder.status();
@@ -303,7 +303,8 @@ void AddCertsCommands(Command* app, Session* session) {
   add("fetch", "The certificate that follows one's own, once `certs renew` has made it; the key stays", Fetch);
   Command* list = add("list", "What the authority gave", List);
   Command* revoke = add("revoke", "Takes certificates back; the plant refuses the next call by them", Revoke);
-  Command* show = add("show", "What a folder of credentials holds; without DIR, the one shown to the plant", Show);
+  Command* show =
+      add("show", "What a folder of credentials holds; without DIR, the one shown to the plant", ShowCertificate);
   Command* token =
       add("token", "A bearer token for the gateway, signed by one's own key: who has HTTP alone", PrintToken);
   token->AddOption("--minutes", &arguments->token_minutes, "How long it is good")->Within(1, 15)->ShowDefault();

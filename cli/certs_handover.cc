@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using identity::IssuedCertificate;
 using plant::v1::CredentialsService;
-using Stub = CredentialsService::Stub;
+using CredentialsStub = CredentialsService::Stub;
 
 constexpr double kTakePatience_s = 20;
 
@@ -67,7 +67,8 @@ absl::Status OfferCredentials(Session* session, const identity::Identity& whose,
   request.set_identity(whose.Text());
   request.set_valid_hours(valid_hours);
   plant::v1::OfferCredentialsResponse response;
-  if (absl::Status status = session->Call<CredentialsService>("plant", &Stub::OfferCredentials, request, &response);
+  if (absl::Status status =
+          session->Call<CredentialsService>("plant", &CredentialsStub::OfferCredentials, request, &response);
       !status.ok())
     return status;
   const auto until = runtime::MomentOf(response.expires_at());
@@ -101,8 +102,8 @@ absl::Status FetchRenewal(Session* session) {
   const absl::StatusOr<fs::path> folder = IdentityFolder(session->identity, session->data);
   if (!folder.ok()) return folder.status();
   plant::v1::Renewal renewal;
-  if (absl::Status status =
-          session->Call<CredentialsService>("plant", &Stub::GetRenewal, plant::v1::GetRenewalRequest(), &renewal);
+  if (absl::Status status = session->Call<CredentialsService>("plant", &CredentialsStub::GetRenewal,
+                                                              plant::v1::GetRenewalRequest(), &renewal);
       !status.ok())
     return status;
   if (absl::Status status = identity::ReplaceCertificate(*folder / identity::kIdentityFile, renewal.certificate_pem());
@@ -115,7 +116,7 @@ absl::Status OfferRenewal(Session* session, const std::string& certificate_pem) 
   plant::v1::OfferRenewalRequest request;
   request.set_certificate_pem(certificate_pem);
   plant::v1::OfferRenewalResponse response;
-  return session->Call<CredentialsService>("plant", &Stub::OfferRenewal, request, &response);
+  return session->Call<CredentialsService>("plant", &CredentialsStub::OfferRenewal, request, &response);
 }
 
 HandedOver HandOver(const std::vector<IssuedCertificate>& issued, const std::vector<std::string>& users,

@@ -10,7 +10,7 @@ namespace sixpoint::cli {
 namespace {
 
 // What follows a command, and which of all options want a value after them.
-struct Words {
+struct CompletionWords {
   std::string by_command;  // ["sixpoint scan upload"]="--machine ..."
   std::set<std::string> with_value;
 };
@@ -19,7 +19,7 @@ std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
   return app.get_subcommands([](const CLI::App*) { return true; });
 }
 
-void AddOptions(const CLI::App& app, std::string* following, Words* words) {
+void AddOptions(const CLI::App& app, std::string* following, CompletionWords* words) {
   for (const CLI::Option* option : app.get_options()) {
     std::vector<std::string> names;
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
@@ -31,7 +31,7 @@ void AddOptions(const CLI::App& app, std::string* following, Words* words) {
   }
 }
 
-void AddCommand(const CLI::App& app, const std::string& path, Words* words) {
+void AddCommand(const CLI::App& app, const std::string& path, CompletionWords* words) {
   std::string following;
   for (const CLI::App* command : CommandsOf(app)) {
     if (command->get_name().empty()) {  // a group of options
@@ -65,7 +65,7 @@ complete -o default -F _sixpoint sixpoint
 }  // namespace
 
 std::string BashCompletion(const CLI::App& app) {
-  Words words;
+  CompletionWords words;
   AddCommand(app, app.get_name(), &words);
   std::string with_value = " ";
   for (const std::string& name : words.with_value) with_value += name + " ";

@@ -17,7 +17,7 @@ namespace {
 
 using correction::v1::CorrectionService;
 
-struct Arguments {
+struct CorrectArguments {
   ScansToRegister scans;
   std::string registration, reconstruction, pass, model, template_file, out;
   std::vector<std::string> groups, work_offsets, tools;
@@ -57,7 +57,7 @@ absl::Status AddTool(const std::string& text, correction::v1::CorrectRequest* re
   return absl::OkStatus();
 }
 
-absl::StatusOr<correction::v1::CorrectRequest> RequestOf(const Arguments& arguments) {
+absl::StatusOr<correction::v1::CorrectRequest> RequestOf(const CorrectArguments& arguments) {
   correction::v1::CorrectRequest request;
   for (const std::string& group : arguments.groups) request.add_groups(group);
   if (!arguments.model.empty()) request.set_machining_model(NameText("machining_models", arguments.model));
@@ -77,7 +77,7 @@ absl::StatusOr<correction::v1::CorrectRequest> RequestOf(const Arguments& argume
 }
 
 // By a registration that was made, or by one that is made of scans in the same call.
-absl::StatusOr<correction::v1::Correction> Corrected(Session* session, const Arguments& arguments) {
+absl::StatusOr<correction::v1::Correction> Corrected(Session* session, const CorrectArguments& arguments) {
   auto request = RequestOf(arguments);
   if (!request.ok()) return request.status();
   if (arguments.scans.blade.empty()) {
@@ -100,7 +100,7 @@ absl::StatusOr<correction::v1::Correction> Corrected(Session* session, const Arg
                                          &CorrectionService::Stub::CorrectScans, of_scans);
 }
 
-absl::Status Correct(Session* session, const Arguments& arguments) {
+absl::Status Correct(Session* session, const CorrectArguments& arguments) {
   if (!arguments.out.empty() && arguments.template_file.empty() && arguments.model.empty()) {
     return runtime::Refuse("--out", arguments.out, "--template or --model too: the program is made from it");
   }
@@ -133,7 +133,7 @@ absl::Status Correct(Session* session, const Arguments& arguments) {
 }  // namespace
 
 void AddCorrectCommand(Command* app, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<CorrectArguments>();
   Command* command = app->AddCommand("correct", "Moves the machining program onto the real blade");
   Option* registration =
       command->AddOption("--registration", &arguments->registration, "The registration to correct by");

@@ -15,12 +15,12 @@ using correction::v1::CorrectionService;
 
 namespace {
 
-struct Decision {
+struct DecidedCorrection {
   std::string correction, reason;
 };
 
 template <typename Request>
-Request RequestOf(const Decision& decision) {
+Request RequestOf(const DecidedCorrection& decision) {
   Request request;
   request.set_name(NameText("corrections", decision.correction));
   request.set_reason(decision.reason);
@@ -29,7 +29,7 @@ Request RequestOf(const Decision& decision) {
 }
 
 void AddDecisionCommands(Command* correction, Session* session) {
-  const auto decision = std::make_shared<Decision>();
+  const auto decision = std::make_shared<DecidedCorrection>();
   Command* release = correction->AddCommand("release", "Lets a draft's program be used, in spite of what did not pass");
   Command* refuse = correction->AddCommand("refuse", "Stops a correction for ever");
   for (Command* command : {release, refuse}) {

@@ -128,7 +128,7 @@ std::string CsvOf(const inspection::v1::DeviationPatches& patches) {
   return csv;
 }
 
-absl::Status WritePatches(Session* session, const std::string& name, const std::string& out) {
+absl::Status WriteDeviationPatches(Session* session, const std::string& name, const std::string& out) {
   inspection::v1::DownloadDeviationPatchesRequest request;
   request.set_name(name);
   std::string csv = "x_mm,y_mm,z_mm,normal_x,normal_y,normal_z,area_mm2,point_count,mean_um,expanded_uncertainty_um\n";
@@ -223,7 +223,7 @@ void AddDeviationCommands(Command* app, Session* session) {
         .status();
   });
   AddDownloadCommand(deviation, session, {"patches", "Writes a map's patches, seen or not", "CSV file"},
-                     "The deviation map", "deviations", WritePatches);
+                     "The deviation map", "deviations", WriteDeviationPatches);
   AddDownloadCommand(
       deviation, session,
       {"points", "Writes a map's points with their deviations", ".ply, with the deviation as a scalar, or else CSV"},

@@ -8,7 +8,7 @@
 namespace sixpoint::cli {
 namespace {
 
-constexpr std::size_t kMost = 64;
+constexpr std::size_t kMostDeviationItems = 64;
 
 void ReadProfile(const Field& profile, inspection::v1::ProfileTolerance* out) {
   profile.OnlyKeys({"characteristic", "region", "zone", "lower_mm", "upper_mm", "least_coverage", "decision_rule"});
@@ -32,9 +32,9 @@ absl::Status ReadDeviationDocument(const std::string& path, inspection::v1::MapD
   const Field root(&*document, path, &problems);
   root.OnlyKeys({"regions", "profiles"});
   if (const auto regions = root.Find("regions"))
-    for (const Field& region : regions->Items(1, kMost)) ReadRegion(region, request->add_regions());
+    for (const Field& region : regions->Items(1, kMostDeviationItems)) ReadRegion(region, request->add_regions());
   if (const auto profiles = root.Find("profiles"))
-    for (const Field& profile : profiles->Items(1, kMost)) ReadProfile(profile, request->add_profiles());
+    for (const Field& profile : profiles->Items(1, kMostDeviationItems)) ReadProfile(profile, request->add_profiles());
   if (!root.Find("regions") && !root.Find("profiles")) root.Refuse("`regions`, `profiles` or both");
   return problems.ToStatus();
 }

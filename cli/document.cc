@@ -209,6 +209,11 @@ std::string Field::Text() const {
   return text;
 }
 
+std::string TextAt(const Field& field, const std::string& key) {
+  const std::optional<Field> found = field.Find(key);
+  return found ? found->Text() : std::string();
+}
+
 std::string Field::Lines(std::size_t most_bytes) const {
   if (value_ == nullptr) return {};
   const std::string text = value_->is_string() ? value_->get<std::string>() : std::string();

@@ -79,6 +79,9 @@ class Field {
   Problems* problems_;
 };
 
+// Empty where there is no such field.
+std::string TextAt(const Field& field, const std::string& key);
+
 inline constexpr std::uint64_t kGreatestDocumentBytes = 64u << 20;
 
 // The whole file; NOT_FOUND, or INVALID_ARGUMENT where it is longer than that.

@@ -14,7 +14,7 @@ namespace {
 using plant::v1::Characteristic;
 using plant::v1::DrawingService;
 
-struct Arguments {
+struct DrawingArguments {
   std::string file_or_id;
   int revises = -1;  // not said
 };
@@ -103,7 +103,7 @@ void PrintDrawing(const Session& session, const plant::v1::Drawing& drawing) {
   std::cout << table.ToText();
 }
 
-absl::Status Add(Session* session, const Arguments& arguments) {
+absl::Status AddDrawing(Session* session, const DrawingArguments& arguments) {
   absl::StatusOr<plant::v1::CreateDrawingRequest> request = LoadDrawing(arguments.file_or_id);
   if (!request.ok()) return request.status();
   request->set_request_id(NewRequestId());
@@ -115,7 +115,7 @@ absl::Status Add(Session* session, const Arguments& arguments) {
   return status;
 }
 
-absl::Status Show(Session* session, const Arguments& arguments) {
+absl::Status ShowDrawing(Session* session, const DrawingArguments& arguments) {
   plant::v1::GetDrawingRequest request;
   request.set_name(NameText("drawings", arguments.file_or_id));
   plant::v1::Drawing response;
@@ -129,14 +129,14 @@ absl::Status Show(Session* session, const Arguments& arguments) {
 void AddDrawingCommands(Command* app, Session* session) {
   Command* drawing = app->AddCommand("drawing", "Drawings: characteristics by their balloons, datums, sections, rules");
   drawing->RequireCommand();
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<DrawingArguments>();
 
   Command* add = drawing->AddCommand("add", "Adds a drawing, or a new revision of it, from a YAML file");
   add->AddOption("FILE", &arguments->file_or_id, "YAML as docs/examples/drawing.yaml")->Required();
   add->AddOption("--revises", &arguments->revises,
                  "Refused unless this is the newest revision, whose place it takes; 0: there is none yet")
       ->Within(0, 999'999'999);
-  session->OnCommand(add, [session, arguments] { return Add(session, *arguments); });
+  session->OnCommand(add, [session, arguments] { return AddDrawing(session, *arguments); });
 
   AddListCommand<DrawingService>(
       drawing, session, "Lists the drawings", "plant", &DrawingService::Stub::ListDrawings,
@@ -155,7 +155,7 @@ void AddDrawingCommands(Command* app, Session* session) {
 
   Command* show = drawing->AddCommand("show", "Shows a drawing, characteristic by characteristic");
   show->AddOption("ID", &arguments->file_or_id, "The drawing, or one of its revisions: ID@REVISION")->Required();
-  session->OnCommand(show, [session, arguments] { return Show(session, *arguments); });
+  session->OnCommand(show, [session, arguments] { return ShowDrawing(session, *arguments); });
 }
 
 }  // namespace sixpoint::cli

@@ -21,11 +21,6 @@ Enum Word(const Field& field) {
   return static_cast<Enum>(ValueOf(values, field.Choice(WordsOf(values))));
 }
 
-std::string TextAt(const Field& field, const char* key) {
-  const std::optional<Field> found = field.Find(key);
-  return found ? found->Text() : std::string();
-}
-
 template <typename Message>
 void ReadPoint(const Field& field, const char* key, geometry::v1::Point* (Message::*mutable_point)(), Message* out) {
   const std::optional<Field> found = field.Find(key);

@@ -11,7 +11,7 @@ using inspection::v1::EfficacyPeriod;
 using inspection::v1::EfficacyService;
 using inspection::v1::OffsetEstimate;
 
-struct Arguments {
+struct EfficacyArguments {
   std::string machine, part, calibration, since, until;
   int least_blades = 0, most_blades = 0;
 };
@@ -157,7 +157,7 @@ std::string EfficacyText(const inspection::v1::Efficacy& efficacy) {
 }  // namespace
 
 void AddEfficacyCommand(Command* app, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<EfficacyArguments>();
   Command* command = app->AddCommand("efficacy", "Whether a machine cuts where its corrections predict");
   command->AddOption("MACHINE", &arguments->machine, "The machine that cut")->Required();
   command->AddOption("--part", &arguments->part, "Only blades of this part");

@@ -15,14 +15,14 @@ namespace {
 using plant::v1::Event;
 using plant::v1::EventService;
 
-struct Arguments {
+struct EventsArguments {
   std::int64_t after = -1;  // -1: not given
   std::vector<std::string> kinds, verdicts;
   std::string machine, blade, part;
   bool follow = false, cloud_events = false;
 };
 
-plant::v1::EventFilter FilterOf(const Arguments& arguments) {
+plant::v1::EventFilter FilterOf(const EventsArguments& arguments) {
   plant::v1::EventFilter filter;
   const auto name = [](const char* collection, const std::string& id) {
     return id.empty() ? id : NameText(collection, id);
@@ -68,7 +68,7 @@ class EventPrinter {
   bool has_printed_ = false;  // the heads of the columns
 };
 
-absl::Status ListAll(Session* session, const Arguments& arguments, EventPrinter* printer) {
+absl::Status ListAll(Session* session, const EventsArguments& arguments, EventPrinter* printer) {
   plant::v1::ListEventsRequest request;
   *request.mutable_filter() = FilterOf(arguments);
   request.set_after_sequence(std::max<std::int64_t>(arguments.after, 0));
@@ -85,7 +85,7 @@ absl::Status ListAll(Session* session, const Arguments& arguments, EventPrinter*
 }
 
 // For ever: a call that ends goes on where it broke off.
-absl::Status Follow(Session* session, const Arguments& arguments, EventPrinter* printer) {
+absl::Status Follow(Session* session, const EventsArguments& arguments, EventPrinter* printer) {
   plant::v1::WatchEventsRequest request;
   *request.mutable_filter() = FilterOf(arguments);
   request.set_after_sequence(std::max<std::int64_t>(arguments.after, 0));
@@ -111,7 +111,7 @@ absl::Status Follow(Session* session, const Arguments& arguments, EventPrinter* 
 }  // namespace
 
 void AddEventsCommand(Command* app, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<EventsArguments>();
   Command* const command = app->AddCommand(
       "events", "What the plant recorded, oldest first; with --follow also what it records from now on");
   const Option* const after = command->AddOption(

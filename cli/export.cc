@@ -14,7 +14,7 @@ namespace {
 
 using inspection::v1::ExportService;
 
-struct Arguments {
+struct ExportArguments {
   std::string format, blade, part, machine, calibration, verdict, since, until, folder = ".";
   bool only_newest = false, assessments = false, points = false;
 };
@@ -29,7 +29,7 @@ absl::Status CheckFile(const std::string& file) {
   return absl::DataLossError("file: " + file.substr(0, 80) + ", want a name of letters, digits, ., _, - and @");
 }
 
-absl::StatusOr<inspection::v1::ExportResultsRequest> RequestOf(const Arguments& arguments) {
+absl::StatusOr<inspection::v1::ExportResultsRequest> RequestOf(const ExportArguments& arguments) {
   inspection::v1::ExportResultsRequest request;
   request.set_format(arguments.format == "qif"     ? inspection::v1::EXPORT_FORMAT_QIF
                      : arguments.format == "aqdef" ? inspection::v1::EXPORT_FORMAT_AQDEF
@@ -70,7 +70,7 @@ absl::StatusOr<std::map<std::string, std::string>> Fetch(Session* session,
   return files;
 }
 
-absl::Status Export(Session* session, const Arguments& arguments) {
+absl::Status Export(Session* session, const ExportArguments& arguments) {
   const auto request = RequestOf(arguments);
   if (!request.ok()) return request.status();
   if (!std::filesystem::is_directory(arguments.folder))
@@ -95,7 +95,7 @@ absl::Status Export(Session* session, const Arguments& arguments) {
 }  // namespace
 
 void AddExportCommand(Command* app, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ExportArguments>();
   Command* command = app->AddCommand("export", "Writes results as files that other systems read");
   command->AddOption("FORMAT", &arguments->format, "qif (QIF 3.0), aqdef (.dfq) or csv")
       ->Required()

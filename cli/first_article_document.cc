@@ -13,11 +13,6 @@ using inspection::v1::FirstArticleSignature;
 
 constexpr std::size_t kMostMembers = 1000, kMostEvidence = 200, kMostNonconformances = 2000, kMostComment_bytes = 1000;
 
-std::string TextAt(const Field& field, const char* key) {
-  const std::optional<Field> found = field.Find(key);
-  return found ? found->Text() : std::string();
-}
-
 std::string LinesAt(const Field& field, const char* key) {
   const std::optional<Field> found = field.Find(key);
   return found ? found->Lines(kMostComment_bytes) : std::string();

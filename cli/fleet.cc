@@ -130,24 +130,24 @@ std::string ActivityText(const plant::v1::MachineActivity& activity) {
   return hours.empty() ? "nothing in that span\n" : hours.ToText();
 }
 
-struct Arguments {
+struct FleetArguments {
   std::string machine, since, until;
 };
 
-void AddSpanOptions(Command* command, Arguments* arguments) {
+void AddSpanOptions(Command* command, FleetArguments* arguments) {
   command->AddOption("--since", &arguments->since, "Count from then on; without it the last 24 hours");
   command->AddOption("--until", &arguments->until, "Count to then");
 }
 
 template <typename Request>
-absl::Status SetSpan(const Arguments& arguments, Request* request) {
+absl::Status SetSpan(const FleetArguments& arguments, Request* request) {
   const auto span = TimeRangeOf(arguments.since, arguments.until);
   if (!span.ok()) return span.status();
   if (span->has_from() || span->has_until()) *request->mutable_span() = *span;
   return absl::OkStatus();
 }
 
-absl::Status ShowMachine(Session* session, const Arguments& arguments) {
+absl::Status ShowMachine(Session* session, const FleetArguments& arguments) {
   plant::v1::ListMachineStatesRequest request;
   request.set_machine(NameText("machines", arguments.machine));
   if (absl::Status set = SetSpan(arguments, &request); !set.ok()) return set;
@@ -165,7 +165,7 @@ absl::Status ShowMachine(Session* session, const Arguments& arguments) {
 void AddFleetCommands(Command* app, Session* session) {
   Command* fleet = app->AddCommand("fleet", "Machines as they stand: contact, throughput, yield, calibration, alarms");
   fleet->RequireCommand();
-  const auto of_list = std::make_shared<Arguments>();
+  const auto of_list = std::make_shared<FleetArguments>();
   Command* list = fleet->AddCommand("list", "All machines, a line each");
   AddSpanOptions(list, of_list.get());
   session->OnCommand(list, [session, of_list]() -> absl::Status {
@@ -178,13 +178,13 @@ void AddFleetCommands(Command* app, Session* session) {
         &plant::v1::ListMachineStatesResponse::machines, FleetCells, "no machine is registered\n");
   });
 
-  const auto of_show = std::make_shared<Arguments>();
+  const auto of_show = std::make_shared<FleetArguments>();
   Command* show = fleet->AddCommand("show", "One machine: steps, calibrations, uploads, alarms and what to do");
   show->AddOption("MACHINE", &of_show->machine, "Its id")->Required();
   AddSpanOptions(show, of_show.get());
   session->OnCommand(show, [session, of_show] { return ShowMachine(session, *of_show); });
 
-  const auto of_hours = std::make_shared<Arguments>();
+  const auto of_hours = std::make_shared<FleetArguments>();
   Command* hours = fleet->AddCommand("hours", "What one machine did, hour by hour (UTC)");
   hours->AddOption("MACHINE", &of_hours->machine, "Its id")->Required();
   AddSpanOptions(hours, of_hours.get());

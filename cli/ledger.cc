@@ -15,7 +15,7 @@ namespace {
 using nlohmann::ordered_json;
 using plant::v1::LedgerService;
 
-constexpr int kMostLines = 200;  // of damages that people read; --json has all that are kept
+constexpr int kMostDamageLines = 200;  // of damages that people read; --json has all that are kept
 constexpr std::size_t kMostDamages = 100'000;
 
 ledger::Head HeadOf(const plant::v1::LedgerHead& head) {
@@ -169,12 +169,12 @@ void PrintText(const Found& found, const VerifyArguments& arguments) {
   Table table({"damage", "table", "entry", ">sequence", "detail"});
   int lines = 0;
   for (const plant::v1::LedgerDamage& damage : found.damages) {
-    if (lines++ >= kMostLines) break;
+    if (lines++ >= kMostDamageLines) break;
     table.AddRow({KindText(damage.kind()), damage.table(), damage.name().empty() ? damage.record_id() : damage.name(),
                   damage.record_sequence() == 0 ? "" : std::to_string(damage.record_sequence()), damage.detail()});
   }
   if (!table.empty()) std::cout << table.ToText();
-  if (lines > kMostLines) std::cout << "and " << found.damages.size() - kMostLines << " more (--json)\n";
+  if (lines > kMostDamageLines) std::cout << "and " << found.damages.size() - kMostDamageLines << " more (--json)\n";
   for (const auto& [month, count] : found.detached)
     std::cout << "not here: the rows of " << count << " entries of " << month
               << ", a month that was detached; their leaves are in the tree\n";

@@ -11,7 +11,7 @@ namespace sixpoint::cli {
 namespace {
 
 constexpr char kWantedHost[] = "an IP address or a host name";
-constexpr std::size_t kLongestName = 253, kLongestLabel = 63;
+constexpr std::size_t kLongestHostName = 253, kLongestLabel = 63;
 
 bool IsIpv6(const std::string& host) {
   in6_addr address;
@@ -39,7 +39,7 @@ bool IsEveryAddress(const std::string& host) { return host == "0.0.0.0" || host 
 bool IsHost(const std::string& host) {
   in_addr address;
   if (IsIpv6(host) || inet_pton(AF_INET, host.c_str(), &address) == 1) return true;
-  if (host.size() > kLongestName) return false;
+  if (host.size() > kLongestHostName) return false;
   std::string label;
   for (std::size_t from = 0; from <= host.size(); from += label.size() + 1) {
     label = host.substr(from, host.find('.', from) - from);

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using std::chrono::system_clock;
 
 constexpr std::chrono::milliseconds kBetweenLooks{200};
-constexpr int kUsualLines = 200, kMostLines = 1'000'000;
+constexpr int kUsualLines = 200, kMostLogLines = 1'000'000;
 constexpr std::size_t kShortestTrace = 8, kTrace = 32;
 
 struct LogsArguments {
@@ -205,7 +205,7 @@ void AddLogsCommand(Command* app, Session* session) {
   logs->AddOption("--scan", &arguments->scan, "Only what concerns it");
   arguments->lines_option = logs->AddOption("-n,--lines", &arguments->lines,
                                             "The last so many; 0: all, as without it where something else says which")
-                                ->Within(0, kMostLines)
+                                ->Within(0, kMostLogLines)
                                 ->ShowDefault();
   session->OnCommand(logs, [session, arguments] { return Logs(session, *arguments); });
 }

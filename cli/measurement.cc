@@ -72,7 +72,7 @@ std::string MeasurementText(const Measurement& measurement, const std::map<std::
   return text;
 }
 
-struct Arguments {
+struct MeasurementArguments {
   std::string file, drawing, format, kind, manufacturer, model, serial_number, certificate;
   std::string blade, measured_at, basis, position_zone, profile_zone;
   std::optional<double> lengths_um, angles_deg;
@@ -80,7 +80,7 @@ struct Arguments {
 };
 
 // By the ending of its name, where it was not said.
-absl::StatusOr<inspection::v1::MeasurementFormat> FormatOf(const Arguments& arguments) {
+absl::StatusOr<inspection::v1::MeasurementFormat> FormatOf(const MeasurementArguments& arguments) {
   std::string word = arguments.format;
   if (word.empty()) {
     std::string ending = arguments.file.substr(arguments.file.rfind('.') + 1);
@@ -99,7 +99,7 @@ ToleranceZone ZoneOf(const std::string& word) {
                       : static_cast<ToleranceZone>(ValueOf(*plant::v1::ToleranceZone_descriptor(), word));
 }
 
-absl::StatusOr<ImportMeasurementsRequest> RequestOf(const Arguments& arguments) {
+absl::StatusOr<ImportMeasurementsRequest> RequestOf(const MeasurementArguments& arguments) {
   ImportMeasurementsRequest request;
   const auto format = FormatOf(arguments);
   if (!format.ok()) return format.status();
@@ -141,7 +141,7 @@ std::string ImportText(const ImportMeasurementsResponse& response) {
 }
 
 void AddImportCommand(Command* measurement, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<MeasurementArguments>();
   Command* import = measurement->AddCommand("import", "Imports a file of another instrument, all of it or nothing");
   import->AddOption("FILE", &arguments->file, "QIF 3.0 results, AQDEF (.dfq) or CSV; docs/exchange.md, import")
       ->Required();
@@ -176,7 +176,7 @@ void AddImportCommand(Command* measurement, Session* session) {
   });
 }
 
-absl::Status Show(Session* session, const std::string& id) {
+absl::Status ShowMeasurement(Session* session, const std::string& id) {
   inspection::v1::GetMeasurementRequest request;
   request.set_name(NameText("measurements", id));
   const auto measurement = CallAtLength<MeasurementService, inspection::v1::GetMeasurementRequest, Measurement>(
@@ -258,7 +258,7 @@ void AddMeasurementCommands(Command* app, Session* session) {
   const auto id = std::make_shared<std::string>();
   Command* show = measurement->AddCommand("show", "Shows a measurement value by value");
   show->AddOption("ID", id.get(), "The measurement")->Required();
-  session->OnCommand(show, [session, id] { return Show(session, *id); });
+  session->OnCommand(show, [session, id] { return ShowMeasurement(session, *id); });
   AddCompareCommand(measurement, session);
 }
 

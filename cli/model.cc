@@ -12,7 +12,7 @@ namespace {
 
 using plant::v1::PlantService;
 
-struct Arguments {
+struct ModelArguments {
   std::string file_or_id, template_file;
   bool only_template = false;
 };
@@ -57,7 +57,7 @@ void PrintModel(const Session& session, const plant::v1::MachiningModel& model) 
   if (any) std::cout << "\n" << paths.ToText();
 }
 
-absl::Status Add(Session* session, const Arguments& arguments) {
+absl::Status AddModel(Session* session, const ModelArguments& arguments) {
   absl::StatusOr<plant::v1::CreateMachiningModelRequest> request =
       LoadMachiningModel(arguments.file_or_id, arguments.template_file);
   if (!request.ok()) return request.status();
@@ -69,7 +69,7 @@ absl::Status Add(Session* session, const Arguments& arguments) {
   return status;
 }
 
-absl::Status Show(Session* session, const Arguments& arguments) {
+absl::Status ShowModel(Session* session, const ModelArguments& arguments) {
   plant::v1::GetMachiningModelRequest request;
   request.set_name(NameText("machining_models", arguments.file_or_id));
   plant::v1::MachiningModel response;
@@ -88,14 +88,14 @@ absl::Status Show(Session* session, const Arguments& arguments) {
 void AddModelCommands(Command* app, Session* session) {
   Command* model = app->AddCommand("model", "Machining models: operations, electrodes and the program's template");
   model->RequireCommand();
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ModelArguments>();
 
   Command* add = model->AddCommand("add", "Adds a machining model, or a new revision of it, from a YAML file");
   add->AddOption("FILE", &arguments->file_or_id, "YAML as docs/examples/model.yaml")->Required();
   add->AddOption(
       "--template", &arguments->template_file,
       "NC program of the nominal part, its holes marked; none where FILE has a post_processor, which writes it");
-  session->OnCommand(add, [session, arguments] { return Add(session, *arguments); });
+  session->OnCommand(add, [session, arguments] { return AddModel(session, *arguments); });
 
   plant::v1::ListMachiningModelsRequest whole;  // operations are counted
   whole.set_view(list::v1::VIEW_FULL);
@@ -111,7 +111,7 @@ void AddModelCommands(Command* app, Session* session) {
   show->AddOption("ID", &arguments->file_or_id, "The machining model, or one of its revisions: ID@REVISION")
       ->Required();
   show->AddFlag("--only-template", &arguments->only_template, "Prints the template alone");
-  session->OnCommand(show, [session, arguments] { return Show(session, *arguments); });
+  session->OnCommand(show, [session, arguments] { return ShowModel(session, *arguments); });
 }
 
 }  // namespace sixpoint::cli

@@ -15,7 +15,7 @@ namespace {
 using registration::v1::MeasuringPlan;
 using registration::v1::MeasuringPlanService;
 
-struct Arguments {
+struct PlanArguments {
   std::string machine, part, station, out, table;
   bool six_points = false;
   std::optional<double> radius_mm, coverage, incidence_deg, margin_mm, clearance_mm, feed_mm_per_min, turn_mm_per_deg;
@@ -29,7 +29,7 @@ void SetPoint(const double* from, geometry::v1::Point* to) {
   to->set_z_mm(from[2]);
 }
 
-registration::v1::PlanMeasurementRequest RequestOf(const Arguments& arguments) {
+registration::v1::PlanMeasurementRequest RequestOf(const PlanArguments& arguments) {
   registration::v1::PlanMeasurementRequest request;
   request.set_machine(NameText("machines", arguments.machine));
   request.set_part(NameText("parts", arguments.part));
@@ -104,7 +104,7 @@ std::string PlanText(const MeasuringPlan& plan) {
                 "the machine's axes, without limits\n");
 }
 
-absl::Status Plan(Session* session, const Arguments& arguments) {
+absl::Status Plan(Session* session, const PlanArguments& arguments) {
   for (const std::string* out : {&arguments.out, &arguments.table})
     if (absl::Status status = CheckOut(*session, *out); !status.ok()) return status;
   if (arguments.out == "-" && arguments.table == "-")
@@ -132,7 +132,7 @@ absl::Status Plan(Session* session, const Arguments& arguments) {
 }  // namespace
 
 void AddPlanCommand(Command* app, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<PlanArguments>();
   Command* command =
       app->AddCommand("plan", "Says how a machine scans a part: sweeps, what they see, and their program");
   command->AddOption("MACHINE", &arguments->machine, "Its id")->Required();

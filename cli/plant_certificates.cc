@@ -31,7 +31,7 @@ using identity::Role;
 // breaks into a service cannot make identities. So it must last from one `sixpoint up` or `sixpoint certs renew` to another.
 constexpr std::chrono::hours kValidFor{24 * 397};
 constexpr std::chrono::seconds kLockPatience{10};
-constexpr std::size_t kLongestName = 64;
+constexpr std::size_t kLongestCommonName = 64;
 
 // Whose a folder below certificates/ is.
 struct Holder {
@@ -42,11 +42,11 @@ struct Holder {
 
 // A login may hold what an identity's name may not.
 std::string LocalName() {
-  std::string name = UserName(geteuid()).substr(0, kLongestName);
+  std::string name = UserName(geteuid()).substr(0, kLongestCommonName);
   for (char& c : name)
     if (!std::isalnum(static_cast<unsigned char>(c)) && std::strchr("._-", c) == nullptr) c = '-';
   if (name.empty() || name[0] == '.') name.insert(name.begin(), '-');
-  return name.substr(0, kLongestName);
+  return name.substr(0, kLongestCommonName);
 }
 
 std::vector<Holder> HoldersOf(const LocalPlant& plant) {
@@ -151,7 +151,7 @@ absl::Status MakeAuthority(const LocalPlant& plant, const ServiceUser& user) {
   for (const std::string& name : plant.Served())
     if (absl::Status status = MakeServiceFolder(plant.certificates_of(name), user); !status.ok()) return status;
   if (absl::Status status = MakeOwnFolder(LocalIdentityIn(plant.data), 0700); !status.ok()) return status;
-  const std::string host = HostName().substr(0, kLongestName);
+  const std::string host = HostName().substr(0, kLongestCommonName);
   const absl::Status made = Authority::Create(plant.authority(), host.empty() ? "sixpoint" : host);
   if (!made.ok() && !absl::IsAlreadyExists(made)) return made;
   const absl::StatusOr<Authority> authority = OpenAuthority(plant.authority());

@@ -176,7 +176,7 @@ std::string CsvOf(const correction::v1::BlankPatches& patches, const Reconstruct
   return csv;
 }
 
-absl::Status WritePatches(Session* session, const std::string& name, const std::string& out) {
+absl::Status WriteBlankPatches(Session* session, const std::string& name, const std::string& out) {
   correction::v1::GetReconstructionRequest get;
   get.set_name(name);
   Reconstruction made;
@@ -239,7 +239,7 @@ void AddReconstructionCommands(Command* app, Session* session) {
         .status();
   });
   AddDownloadCommand(reconstruction, session, {"patches", "Writes the blank's patches with their stock", "CSV file"},
-                     "The reconstruction", "reconstructions", WritePatches);
+                     "The reconstruction", "reconstructions", WriteBlankPatches);
   AddDownloadCommand(reconstruction, session,
                      {"lattice", "Writes the deformation (docs/methods/reconstruction.md)", "Binary file"},
                      "The reconstruction", "reconstructions", WriteLattice);

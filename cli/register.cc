@@ -12,14 +12,14 @@
 namespace sixpoint::cli {
 namespace {
 
-struct Arguments {
+struct RegisterArguments {
   ScansToRegister scans;
   std::string batch, request_id, part, machine, since, until;
   std::vector<std::string> blades;
 };
 
 // From a file, or registered before.
-absl::StatusOr<Again> ManyOf(Session* session, const Arguments& arguments, registration::v1::Method method) {
+absl::StatusOr<Again> ManyOf(Session* session, const RegisterArguments& arguments, registration::v1::Method method) {
   if (!arguments.blades.empty()) return BatchOfLatest(session, arguments.blades, method, arguments.scans.axis_tables);
   if (!arguments.part.empty()) {
     registration::v1::ListRegistrationsRequest which;
@@ -40,7 +40,7 @@ absl::StatusOr<Again> ManyOf(Session* session, const Arguments& arguments, regis
 }  // namespace
 
 void AddRegisterCommand(Command* app, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<RegisterArguments>();
   Command* command = app->AddCommand("register", "Finds where a blade really stands");
   const ScansToRegisterOptions one = AddScansToRegister(command, &arguments->scans);
   Option* batch = command->AddOption("--batch", &arguments->batch, "Many blades, from a file");

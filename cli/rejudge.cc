@@ -16,7 +16,7 @@ using inspection::v1::InspectionService;
 using inspection::v1::RejudgeRequest;
 using inspection::v1::RejudgeResponse;
 
-struct Arguments {
+struct RejudgeArguments {
   std::string name, before, sensor_calibration, request_id;
 };
 
@@ -70,7 +70,7 @@ class Rejudged {
   int flip_count_ = 0, refused_count_ = 0;
 };
 
-absl::StatusOr<RejudgeRequest> RequestOf(const Arguments& arguments) {
+absl::StatusOr<RejudgeRequest> RequestOf(const RejudgeArguments& arguments) {
   RejudgeRequest request;
   if (arguments.name.rfind("inspections/", 0) == 0) {
     request.add_inspections(arguments.name);
@@ -113,7 +113,7 @@ absl::Status RunRejudge(Session* session, RejudgeRequest request, Rejudged* reju
 }  // namespace
 
 void AddRejudgeCommand(Command* app, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<RejudgeArguments>();
   Command* command = app->AddCommand(
       "rejudge", "Judges recorded inspections anew, by what is in force now; each is a new inspection beside the old");
   command

@@ -13,13 +13,13 @@ namespace {
 using inspection::v1::ReportFormat;
 using inspection::v1::ReportService;
 
-struct Arguments {
+struct ReportArguments {
   std::vector<std::string> results;
   std::string assessment, format, fields, out;
 };
 
 // By --format; without it by the ending of --out.
-absl::StatusOr<ReportFormat> FormatOf(const Arguments& arguments, bool may_be_data) {
+absl::StatusOr<ReportFormat> FormatOf(const ReportArguments& arguments, bool may_be_data) {
   std::string word = arguments.format;
   if (word.empty()) word = arguments.out.substr(arguments.out.find_last_of('.') + 1);
   if (word == "html") return inspection::v1::REPORT_FORMAT_HTML;
@@ -50,7 +50,7 @@ absl::Status FetchAndWrite(Session* session, const std::string& out, const Begin
   return absl::OkStatus();
 }
 
-absl::Status WriteReport(Session* session, const Arguments& arguments) {
+absl::Status WriteReport(Session* session, const ReportArguments& arguments) {
   if (absl::Status good = CheckOut(*session, arguments.out); !good.ok()) return good;
   const auto format = FormatOf(arguments, false);
   if (!format.ok()) return format.status();
@@ -62,7 +62,7 @@ absl::Status WriteReport(Session* session, const Arguments& arguments) {
       [&](ReportService::Stub& stub, grpc::ClientContext* context) { return stub.WriteReport(context, request); });
 }
 
-absl::Status WriteFirstArticle(Session* session, const Arguments& arguments) {
+absl::Status WriteFirstArticle(Session* session, const ReportArguments& arguments) {
   if (absl::Status good = CheckOut(*session, arguments.out); !good.ok()) return good;
   const auto format = FormatOf(arguments, true);
   if (!format.ok()) return format.status();
@@ -85,7 +85,7 @@ absl::Status WriteFirstArticle(Session* session, const Arguments& arguments) {
 void AddReportCommands(Command* app, Session* session) {
   Command* report = app->AddCommand("report", "Writes a blade's report, or a first article's forms, as a file");
   report->RequireCommand();
-  const auto of_results = std::make_shared<Arguments>();
+  const auto of_results = std::make_shared<ReportArguments>();
   Command* write = report->AddCommand("write", "Writes one blade's results: a page to read, and pages to file");
   write
       ->AddOption("RESULT", &of_results->results,
@@ -95,7 +95,7 @@ void AddReportCommands(Command* app, Session* session) {
   write->AddOption("--format", &of_results->format, "Without it by the file's ending")->OneOf({"html", "pdf"});
   session->OnCommand(write, [session, of_results] { return WriteReport(session, *of_results); });
 
-  const auto forms = std::make_shared<Arguments>();
+  const auto forms = std::make_shared<ReportArguments>();
   Command* first_article = report->AddCommand(
       "first-article", "Writes forms 1 to 3 of AS9102 of an assessment; what nobody gives stays blank");
   first_article->AddOption("ASSESSMENT", &forms->assessment, "The assessment")->Required();

@@ -6,7 +6,7 @@
 namespace sixpoint::cli {
 namespace {
 
-constexpr std::size_t kMost = 32;
+constexpr std::size_t kMostSections = 32;
 
 void ReadPlane(const Field& plane, inspection::v1::SectionPlane* out) {
   plane.OnlyKeys(
@@ -31,7 +31,7 @@ absl::Status ReadSectionDocument(const std::string& path, inspection::v1::Measur
   Problems problems(true);
   const Field root(&*document, path, &problems);
   root.OnlyKeys({"sections", "neighbour"});
-  for (const Field& plane : root.At("sections").Items(1, kMost)) ReadPlane(plane, request->add_sections());
+  for (const Field& plane : root.At("sections").Items(1, kMostSections)) ReadPlane(plane, request->add_sections());
   if (const auto neighbour = root.Find("neighbour")) {
     neighbour->OnlyKeys({"offset_in_part_mm", "standard_uncertainty_um"});
     runtime::ToProto(neighbour->At("offset_in_part_mm").Vector3(),

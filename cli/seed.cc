@@ -16,7 +16,7 @@ using nlohmann::json;
 constexpr char kProgram[] = "sixpoint-seed";
 constexpr std::size_t kShown = 3;  // of a list that has hundreds
 
-struct Arguments {
+struct SeedArguments {
   int seed = 1, blades = 100000, machines = 20, months = 12;
   bool full = false, into_used_plant = false;
 };
@@ -41,7 +41,7 @@ json Of(const json& list, const char* key) {
   return values;
 }
 
-std::string ToText(const json& planted) {
+std::string PlantedText(const json& planted) {
   int flipped = 0;
   for (const json& one : planted["rejudged"]) flipped += one["was"] != one["now"] ? 1 : 0;
   const auto line = [](std::string label, const std::string& text) {
@@ -62,7 +62,7 @@ std::string ToText(const json& planted) {
               std::to_string(planted["twisted_castings"].size()) + ": " + Some(planted["twisted_castings"]));
 }
 
-absl::Status Seed(Session* session, const Arguments& arguments) {
+absl::Status Seed(Session* session, const SeedArguments& arguments) {
   const absl::StatusOr<LocalPlant> plant = KnownPlant(session->data);
   if (!plant.ok()) return plant.status();
   std::vector<std::string> command = {ProgramOf(*plant), "--database", plant->conninfo()};
@@ -85,7 +85,7 @@ absl::Status Seed(Session* session, const Arguments& arguments) {
   if (session->json) {
     PrintJson(said);
   } else {
-    std::cout << ToText(said);
+    std::cout << PlantedText(said);
   }
   return absl::OkStatus();
 }
@@ -93,7 +93,7 @@ absl::Status Seed(Session* session, const Arguments& arguments) {
 }  // namespace
 
 void AddSeedCommand(Command* app, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<SeedArguments>();
   Command* seed = app->AddCommand(
       "seed",
       "Fills this computer's plant with a made-up history: for benches and pages, not for a plant that machines parts");

@@ -16,7 +16,7 @@ namespace sixpoint::cli {
 namespace {
 
 using ingest::v1::CloudStoreService;
-using Stub = CloudStoreService::Stub;
+using StoreStub = CloudStoreService::Stub;
 
 std::string HolderName(ingest::v1::BlobHolder holder) {
   return EnumText(ingest::v1::BlobHolder_Name(holder), "BLOB_HOLDER_");
@@ -36,8 +36,8 @@ void AddDamage(const ingest::v1::BlobDamage& damage, Table* table) {
 
 absl::StatusOr<ingest::v1::StoreStatus> GetStatus(Session* session) {
   ingest::v1::StoreStatus response;
-  absl::Status status =
-      session->Call<CloudStoreService>("ingest", &Stub::GetStoreStatus, ingest::v1::GetStoreStatusRequest(), &response);
+  absl::Status status = session->Call<CloudStoreService>("ingest", &StoreStub::GetStoreStatus,
+                                                         ingest::v1::GetStoreStatusRequest(), &response);
   if (!status.ok()) return status;
   return response;
 }
@@ -135,7 +135,7 @@ absl::Status Collect(Session* session, bool dry_run, std::int64_t grace_s) {
   request.set_dry_run(dry_run);
   request.set_grace_s(grace_s);
   ingest::v1::CollectGarbageResponse response;
-  absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::CollectGarbage, request, &response);
+  absl::Status status = session->Call<CloudStoreService>("ingest", &StoreStub::CollectGarbage, request, &response);
   if (!status.ok()) return status;
   if (session->json) {
     PrintJson(response);
@@ -155,7 +155,7 @@ absl::Status SetPolicy(Session* session, const std::string& kind_text, int keep_
   request.set_keep_days(keep_days);
   request.set_request_id(NewRequestId());
   ingest::v1::RetentionPolicy response;
-  absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::SetRetentionPolicy, request, &response);
+  absl::Status status = session->Call<CloudStoreService>("ingest", &StoreStub::SetRetentionPolicy, request, &response);
   if (!status.ok()) return status;
   if (session->json) {
     PrintJson(response);
@@ -170,7 +170,7 @@ absl::Status ApplyPolicies(Session* session, bool dry_run) {
   ingest::v1::ApplyRetentionRequest request;
   request.set_dry_run(dry_run);
   ingest::v1::ApplyRetentionResponse response;
-  absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::ApplyRetention, request, &response);
+  absl::Status status = session->Call<CloudStoreService>("ingest", &StoreStub::ApplyRetention, request, &response);
   if (!status.ok()) return status;
   if (session->json) {
     PrintJson(response);
@@ -191,7 +191,7 @@ absl::Status DeletePoints(Session* session, const std::string& scan_id, const st
   request.set_name(NameText("scans", scan_id));
   request.set_reason(reason);
   ingest::v1::DeleteScanPointsResponse response;
-  absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::DeleteScanPoints, request, &response);
+  absl::Status status = session->Call<CloudStoreService>("ingest", &StoreStub::DeleteScanPoints, request, &response);
   if (!status.ok()) return status;
   if (session->json) {
     PrintJson(response);
@@ -209,7 +209,7 @@ absl::Status DeletePoints(Session* session, const std::string& scan_id, const st
 absl::Status AdoptBucket(Session* session) {
   ingest::v1::AdoptBucketRequest request;
   ingest::v1::AdoptBucketResponse response;
-  absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::AdoptBucket, request, &response);
+  absl::Status status = session->Call<CloudStoreService>("ingest", &StoreStub::AdoptBucket, request, &response);
   if (!status.ok()) return status;
   if (session->json) {
     PrintJson(response);
@@ -236,7 +236,7 @@ void AddRetention(Command* store, Session* session) {
 
   AddListCommand<CloudStoreService>(
       retention, session, "Lists the policies; a kind without one is kept for ever", "ingest",
-      &Stub::ListRetentionPolicies, ingest::v1::ListRetentionPoliciesRequest(),
+      &StoreStub::ListRetentionPolicies, ingest::v1::ListRetentionPoliciesRequest(),
       Table({"kind", ">revision", "points kept", "by", "since"}), &ingest::v1::ListRetentionPoliciesResponse::policies,
       [](const ingest::v1::RetentionPolicy& policy) {
         return Cells{ScanKindText(policy.scan_kind()), std::to_string(policy.revision()), KeptText(policy.keep_days()),
@@ -253,12 +253,12 @@ absl::Status Partitions(Session* session, std::optional<int> months_ahead) {
   if (months_ahead) {
     ingest::v1::MakeMonthsRequest make;
     make.set_months_ahead(*months_ahead);
-    absl::Status status = session->Call<CloudStoreService>("ingest", &Stub::MakeMonths, make, &made);
+    absl::Status status = session->Call<CloudStoreService>("ingest", &StoreStub::MakeMonths, make, &made);
     if (!status.ok()) return status;
   }
   ingest::v1::ListMonthsResponse months;
   absl::Status status =
-      session->Call<CloudStoreService>("ingest", &Stub::ListMonths, ingest::v1::ListMonthsRequest(), &months);
+      session->Call<CloudStoreService>("ingest", &StoreStub::ListMonths, ingest::v1::ListMonthsRequest(), &months);
   if (!status.ok()) return status;
   if (session->json) {
     PrintJson(months);

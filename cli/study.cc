@@ -19,7 +19,7 @@ using calibration::v1::StudyService;
 
 constexpr std::size_t kMostItems = 100000;
 
-struct Arguments : CalibrationOptions {
+struct StudyArguments : CalibrationOptions {
   std::string machine, file, calibration;
   std::vector<std::string> names, region;
   double limit = 0, pitch_mm = 0;
@@ -28,7 +28,7 @@ struct Arguments : CalibrationOptions {
 template <typename Request>
 absl::Status Run(Session* session,
                  grpc::Status (StudyService::Stub::*method)(grpc::ClientContext*, const Request&, Study*),
-                 const Arguments& arguments, Request request) {
+                 const StudyArguments& arguments, Request request) {
   SetStudyOptions(arguments, &request);
   const absl::StatusOr<Study> study =
       CallAndPrint<StudyService>(session, "calibration", method, request, StudyText, "at work on the study");
@@ -39,7 +39,7 @@ absl::Status Run(Session* session,
   return absl::OkStatus();
 }
 
-absl::Status RunGauge(Session* session, const Arguments& arguments) {
+absl::Status RunGauge(Session* session, const StudyArguments& arguments) {
   calibration::v1::RunGaugeStudyRequest request;
   for (const std::string& scan : arguments.names) request.add_scans(NameText("scans", scan));
   if (!arguments.region.empty()) {
@@ -54,7 +54,7 @@ absl::Status RunGauge(Session* session, const Arguments& arguments) {
   return Run(session, &StudyService::Stub::RunGaugeStudy, arguments, request);
 }
 
-absl::Status RunArm(Session* session, const Arguments& arguments) {
+absl::Status RunArm(Session* session, const StudyArguments& arguments) {
   calibration::v1::RunArmStudyRequest request;
   for (const std::string& scan : arguments.names) request.add_scans(NameText("scans", scan));
   if (!arguments.calibration.empty()) request.set_sensor_calibration(CalibrationNameText(arguments.calibration));
@@ -62,7 +62,7 @@ absl::Status RunArm(Session* session, const Arguments& arguments) {
   return Run(session, &StudyService::Stub::RunArmStudy, arguments, request);
 }
 
-absl::Status RunCheck(Session* session, const Arguments& arguments) {
+absl::Status RunCheck(Session* session, const StudyArguments& arguments) {
   calibration::v1::RunInterimCheckRequest request;
   request.set_machine(NameText("machines", arguments.machine));
   for (const std::string& scan : arguments.names) request.add_scans(NameText("scans", scan));
@@ -71,14 +71,14 @@ absl::Status RunCheck(Session* session, const Arguments& arguments) {
   return Run(session, &StudyService::Stub::RunInterimCheck, arguments, request);
 }
 
-absl::Status RunRepeat(Session* session, const Arguments& arguments) {
+absl::Status RunRepeat(Session* session, const StudyArguments& arguments) {
   calibration::v1::RunRepeatStudyRequest request;
   for (const std::string& name : arguments.names) request.add_calibrations(CalibrationNameText(name));
   return Run(session, &StudyService::Stub::RunRepeatStudy, arguments, request);
 }
 
 // {outer, inner, unit, part: inner | outer, observations: [[outer level, inner level, value], ...]}
-absl::Status RunRr(Session* session, const Arguments& arguments) {
+absl::Status RunRr(Session* session, const StudyArguments& arguments) {
   const absl::StatusOr<nlohmann::json> document = LoadDocument(arguments.file);
   if (!document.ok()) return document.status();
   Problems problems(/*strict=*/true);
@@ -106,7 +106,7 @@ absl::Status RunRr(Session* session, const Arguments& arguments) {
   return Run(session, &StudyService::Stub::RunGaugeRr, arguments, request);
 }
 
-absl::Status RunSphere(Session* session, const Arguments& arguments) {
+absl::Status RunSphere(Session* session, const StudyArguments& arguments) {
   const absl::StatusOr<nlohmann::json> document = LoadDocument(arguments.file);
   if (!document.ok()) return document.status();
   Problems problems(/*strict=*/true);
@@ -162,13 +162,13 @@ absl::Status RunSphere(Session* session, const Arguments& arguments) {
   return Run(session, &StudyService::Stub::RunSphereCheck, arguments, request);
 }
 
-Option* AddScans(Command* command, const std::shared_ptr<Arguments>& arguments) {
+Option* AddScans(Command* command, const std::shared_ptr<StudyArguments>& arguments) {
   return command->AddOption("--scans", &arguments->names, "ID,ID,... in the order in which they were made")
       ->Required()
       ->List();
 }
 
-absl::Status Show(Session* session, const std::string& name) {
+absl::Status ShowStudy(Session* session, const std::string& name) {
   calibration::v1::GetStudyRequest request;
   request.set_name(NameText("studies", name));
   return CallAndPrint<StudyService>(session, "calibration", &StudyService::Stub::GetStudy, request, StudyText).status();
@@ -177,7 +177,7 @@ absl::Status Show(Session* session, const std::string& name) {
 }  // namespace
 
 void AddCalibrateStudyCommands(Command* calibrate, Session* session) {
-  const auto gauge_arguments = std::make_shared<Arguments>();
+  const auto gauge_arguments = std::make_shared<StudyArguments>();
   Command* gauge = calibrate->AddCommand("gauge", "What the scanner repeats, from superposed scans of a ground face");
   AddScans(gauge, gauge_arguments);
   gauge->AddOption("--region-mm", &gauge_arguments->region, "X0,X1,Y0,Y1 in the sensor frame; without it, all")
@@ -189,7 +189,7 @@ void AddCalibrateStudyCommands(Command* calibrate, Session* session) {
   AddTemperatureOption(gauge, gauge_arguments);
   session->OnCommand(gauge, [session, gauge_arguments] { return RunGauge(session, *gauge_arguments); });
 
-  const auto arm_arguments = std::make_shared<Arguments>();
+  const auto arm_arguments = std::make_shared<StudyArguments>();
   Command* arm = calibrate->AddCommand("arm", "What the arm repeats, from scans of kind arm");
   AddScans(arm, arm_arguments);
   arm->AddOption("--calibration", &arm_arguments->calibration, "Of the sensor; without it, the one in force");
@@ -197,7 +197,7 @@ void AddCalibrateStudyCommands(Command* calibrate, Session* session) {
   AddTemperatureOption(arm, arm_arguments);
   session->OnCommand(arm, [session, arm_arguments] { return RunArm(session, *arm_arguments); });
 
-  const auto check_arguments = std::make_shared<Arguments>();
+  const auto check_arguments = std::make_shared<StudyArguments>();
   Command* check =
       calibrate->AddCommand("check", "Whether the scanner still stands as calibrated: the artefact scanned again");
   check->AddOption("--machine", &check_arguments->machine, "Whose scanner")->Required();
@@ -213,7 +213,7 @@ void AddCalibrateStudyCommands(Command* calibrate, Session* session) {
 void AddStudyCommands(Command* app, Session* session) {
   Command* study = app->AddCommand("study", "What instruments and procedures can do (also: calibrate gauge, arm)");
   study->RequireCommand();
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<StudyArguments>();
 
   AddListCommand<StudyService>(study, session, "Lists studies", "calibration", &StudyService::Stub::ListStudies,
                                calibration::v1::ListStudiesRequest(),
@@ -229,7 +229,7 @@ void AddStudyCommands(Command* app, Session* session) {
 
   Command* show = study->AddCommand("show", "Shows a study with the uncertainty of each number");
   show->AddOption("ID", &arguments->file, "The study")->Required();
-  session->OnCommand(show, [session, arguments] { return Show(session, arguments->file); });
+  session->OnCommand(show, [session, arguments] { return ShowStudy(session, arguments->file); });
 
   Command* repeat = study->AddCommand("repeat", "The tables of a sensor calibration made several times");
   repeat->AddOption("--calibrations", &arguments->names, "ID,ID,...; drafts too")->Required()->List();

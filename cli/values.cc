@@ -17,7 +17,7 @@ using inspection::v1::ListValuesResponse;
 using inspection::v1::Value;
 using inspection::v1::ValueService;
 
-struct Arguments {
+struct ValuesArguments {
   std::string blade, prefix, characteristic, part, machine, since, until, verdict;
   bool newest = false, csv = false;
   int limit = 0;
@@ -29,7 +29,7 @@ const std::vector<std::string>& Verdicts() {
   return *verdicts;
 }
 
-absl::StatusOr<ListValuesRequest> RequestOf(const Arguments& arguments) {
+absl::StatusOr<ListValuesRequest> RequestOf(const ValuesArguments& arguments) {
   ListValuesRequest request;
   const auto name = [](const char* collection, const std::string& id) {
     return id.empty() ? id : NameText(collection, id);
@@ -103,7 +103,7 @@ absl::Status Stream(Session* session, const ListValuesRequest& wanted, const std
 }  // namespace
 
 void AddValuesCommand(Command* app, Session* session) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ValuesArguments>();
   Command* command = app->AddCommand("values", "Just the values of inspections, the newest first");
   command->AddOption("--blade", &arguments->blade, "Only of this blade: its serial number");
   command->AddOption("--prefix", &arguments->prefix, "Only of serial numbers that begin so");

@@ -49,9 +49,9 @@ std::string_view CutBefore(std::string_view* text, std::string_view end) {
   return piece;
 }
 
-class Reader {
+class AqdefReader {
  public:
-  explicit Reader(std::size_t most_values) : most_values_(most_values) {}
+  explicit AqdefReader(std::size_t most_values) : most_values_(most_values) {}
 
   absl::StatusOr<std::vector<InspectedPart>> Read(std::string_view file) {
     for (std::size_t number = 1; !file.empty(); ++number) {
@@ -290,7 +290,7 @@ class Reader {
 absl::StatusOr<std::vector<InspectedPart>> FromAqdef(std::string_view file, std::size_t most_values) {
   if (file.size() > kMostAqdefBytes)
     return Refuse("file", std::to_string(file.size()) + " bytes", "at most " + std::to_string(kMostAqdefBytes));
-  return Reader(most_values).Read(file);
+  return AqdefReader(most_values).Read(file);
 }
 
 }  // namespace sixpoint::exchange

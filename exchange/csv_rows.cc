@@ -1,5 +1,6 @@
 #include "exchange/csv_rows.h"
 
+#include "exchange/text.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::exchange {
@@ -11,6 +12,13 @@ bool IsGuarded(std::string_view text) {
 
 std::string Unguarded(const std::string& cell) {
   return cell.size() > 1 && cell.front() == '\'' && IsGuarded(std::string_view(cell).substr(1)) ? cell.substr(1) : cell;
+}
+
+absl::Status ReadNumber(const char* column, const std::string& cell, const char* wanted,
+                        std::optional<double>* number) {
+  if (cell.empty()) return absl::OkStatus();
+  *number = NumberOf(cell);
+  return *number ? absl::OkStatus() : Refuse(column, cell, wanted);
 }
 
 absl::StatusOr<std::vector<std::string>> NextCsvRow(std::string_view* file, std::size_t most_cells) {

@@ -20,11 +20,14 @@ using std::chrono::system_clock;
 
 // A file tells each of its values once for all of its parts: what they take is bounded, not the file alone.
 constexpr std::size_t kMostCells = 5 * kMostMeasuredRows;
+constexpr char kNumberWithPoint[] = "a finite number with a decimal point";
 constexpr char kNoValue[] = "the file has no value";
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
-enum Column { kSerial, kCharacteristic, kFeature, kValue, kUnit, kUncertainty, kMeasuredAt, kZone, kReason, kColumns };
-constexpr std::array<const char*, kColumns> kNames = {
+struct MeasuredColumn {
+  enum Index { kSerial, kCharacteristic, kFeature, kValue, kUnit, kUncertainty, kMeasuredAt, kZone, kReason, kColumns };
+};
+constexpr std::array<const char*, MeasuredColumn::kColumns> kNames = {
     "serial", "characteristic", "feature", "value", "unit", "expanded_uncertainty", "measured_at", "zone", "reason"};
 
 absl::Status TooManyRows() { return Refuse("file", "more values", "at most " + std::to_string(kMostMeasuredRows)); }
@@ -47,45 +50,41 @@ class Head {
       if (place) return Refuse("head", std::string(name), "each column once");
       place = i;
     }
-    for (const Column needed : {kCharacteristic, kValue, kUnit})
+    for (const MeasuredColumn::Index needed :
+         {MeasuredColumn::kCharacteristic, MeasuredColumn::kValue, MeasuredColumn::kUnit})
       if (!head.places_[needed]) return Refuse("head", "", std::string("the column ") + kNames[needed]);
     return head;
   }
   std::size_t count() const { return count_; }
-  std::string Text(const std::vector<std::string>& cells, Column column) const {
+  std::string Text(const std::vector<std::string>& cells, MeasuredColumn::Index column) const {
     return places_[column] ? std::string(Trimmed(Unguarded(cells[*places_[column]]))) : "";
   }
 
  private:
   std::size_t count_ = 0;
-  std::array<std::optional<std::size_t>, kColumns> places_;
+  std::array<std::optional<std::size_t>, MeasuredColumn::kColumns> places_;
 };
-
-absl::Status ReadNumber(const char* column, const std::string& cell, std::optional<double>* number) {
-  if (cell.empty()) return absl::OkStatus();
-  *number = NumberOf(cell);
-  return *number ? absl::OkStatus() : Refuse(column, cell, "a finite number with a decimal point");
-}
 
 absl::StatusOr<MeasuredRow> RowOf(const Head& head, const std::vector<std::string>& cells) {
   MeasuredRow row;
   Refusals refusals;
-  for (int column = 0; column < kColumns; ++column)
-    if (const std::string text = head.Text(cells, static_cast<Column>(column)); !IsPlainText(text))
+  for (int column = 0; column < MeasuredColumn::kColumns; ++column)
+    if (const std::string text = head.Text(cells, static_cast<MeasuredColumn::Index>(column)); !IsPlainText(text))
       refusals.Add(Refuse(kNames[static_cast<std::size_t>(column)], text, "UTF-8 without control characters"));
-  row.serial = head.Text(cells, kSerial);
-  row.characteristic = head.Text(cells, kCharacteristic);
-  row.feature = head.Text(cells, kFeature);
-  row.unit = head.Text(cells, kUnit);
-  row.zone = head.Text(cells, kZone);
-  row.reason = head.Text(cells, kReason);
+  row.serial = head.Text(cells, MeasuredColumn::kSerial);
+  row.characteristic = head.Text(cells, MeasuredColumn::kCharacteristic);
+  row.feature = head.Text(cells, MeasuredColumn::kFeature);
+  row.unit = head.Text(cells, MeasuredColumn::kUnit);
+  row.zone = head.Text(cells, MeasuredColumn::kZone);
+  row.reason = head.Text(cells, MeasuredColumn::kReason);
   if (row.characteristic.empty()) refusals.Add(Refuse("characteristic", "", "what the value is of"));
   // What stands in a cell with a sign before it is a number, and no formula.
-  refusals.Add(ReadNumber("value", head.Text(cells, kValue), &row.value));
-  refusals.Add(ReadNumber("expanded_uncertainty", head.Text(cells, kUncertainty), &row.expanded_uncertainty));
+  refusals.Add(ReadNumber("value", head.Text(cells, MeasuredColumn::kValue), kNumberWithPoint, &row.value));
+  refusals.Add(ReadNumber("expanded_uncertainty", head.Text(cells, MeasuredColumn::kUncertainty), kNumberWithPoint,
+                          &row.expanded_uncertainty));
   if (row.expanded_uncertainty && !(*row.expanded_uncertainty >= 0))
     refusals.Add(Refuse("expanded_uncertainty", *row.expanded_uncertainty, ">= 0"));
-  if (const std::string text = head.Text(cells, kMeasuredAt); !text.empty()) {
+  if (const std::string text = head.Text(cells, MeasuredColumn::kMeasuredAt); !text.empty()) {
     row.measured_at = TimeOf(text);
     if (!row.measured_at) refusals.Add(Refuse("measured_at", text, "a time by RFC 3339"));
   }
@@ -97,7 +96,7 @@ absl::StatusOr<MeasuredRow> RowOf(const Head& head, const std::vector<std::strin
 }
 
 absl::StatusOr<std::vector<MeasuredRow>> ReadCsvRows(std::string_view file) {
-  const auto first = NextCsvRow(&file, 2 * kColumns);
+  const auto first = NextCsvRow(&file, 2 * MeasuredColumn::kColumns);
   if (!first.ok()) return Under("head: ", first.status());
   const auto head = Head::Read(*first);
   if (!head.ok()) return head.status();
@@ -105,7 +104,7 @@ absl::StatusOr<std::vector<MeasuredRow>> ReadCsvRows(std::string_view file) {
   for (std::size_t line = 1; !file.empty(); ++line) {
     const std::string at = "row " + std::to_string(line);
     if (rows.size() == kMostMeasuredRows) return TooManyRows();
-    const auto cells = NextCsvRow(&file, 4 * kColumns);
+    const auto cells = NextCsvRow(&file, 4 * MeasuredColumn::kColumns);
     if (!cells.ok()) return Under(at + ": ", cells.status());
     if (cells->size() == 1 && Trimmed(cells->front()).empty() && head->count() > 1) continue;  // an empty line
     if (cells->size() != head->count())

@@ -102,13 +102,13 @@ absl::StatusOr<Unit> ReadUnit(pugi::xml_node units, const char* element, double 
   return unit;
 }
 
-class Reader {
+class QifReader {
  public:
-  explicit Reader(pugi::xml_node root) : root_(root) {}
+  explicit QifReader(pugi::xml_node root) : root_(root) {}
 
   absl::StatusOr<InspectedPart> Read() {
-    for (const auto step : {&Reader::ReadUnits, &Reader::FindResults, &Reader::Index, &Reader::ReadTraceability,
-                            &Reader::ReadComponent, &Reader::ReadMeasurements})
+    for (const auto step : {&QifReader::ReadUnits, &QifReader::FindResults, &QifReader::Index,
+                            &QifReader::ReadTraceability, &QifReader::ReadComponent, &QifReader::ReadMeasurements})
       if (const absl::Status status = (this->*step)(); !status.ok()) return status;
     const auto told =
         VerdictOfQifInspectionStatus(TrimmedAt(results_.child("InspectionStatus"), "InspectionStatusEnum"));
@@ -392,7 +392,7 @@ absl::StatusOr<InspectedPart> FromQif(std::string_view document) {
   if (std::string_view(root.name()) != "QIFDocument") return Refuse("document", root.name(), "QIFDocument");
   const std::string version(Trimmed(root.attribute("versionQIF").value()));
   if (version != "3.0.0") return Refuse("versionQIF", version, "3.0.0");
-  return Reader(root).Read();
+  return QifReader(root).Read();
 }
 
 }  // namespace sixpoint::exchange

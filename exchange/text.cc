@@ -49,11 +49,12 @@ bool Take(std::string_view* text, char c) {
   return true;
 }
 
-struct Fields {
+struct TimeFields {
   int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;
 };
 
-std::optional<system_clock::time_point> TimePoint(const Fields& f, std::int64_t offset_s, std::int64_t fraction_ns) {
+std::optional<system_clock::time_point> TimePoint(const TimeFields& f, std::int64_t offset_s,
+                                                  std::int64_t fraction_ns) {
   if (f.year < 1970 || f.year > 2200 || f.hour > 23 || f.minute > 59 || f.second > 59) return std::nullopt;
   std::tm civil{};
   civil.tm_year = f.year - 1900;
@@ -142,7 +143,7 @@ std::string TimeText(system_clock::time_point time) {
 
 std::optional<system_clock::time_point> TimeOf(std::string_view text) {
   text = Trimmed(text);
-  Fields f;
+  TimeFields f;
   const struct {
     int* field;
     std::size_t digits;
@@ -172,7 +173,7 @@ std::string DottedTimeText(system_clock::time_point time) {
 
 std::optional<system_clock::time_point> DottedTimeOf(std::string_view text) {
   text = Trimmed(text);
-  Fields f;
+  TimeFields f;
   const struct {
     int* field;
     std::size_t digits;

@@ -22,7 +22,7 @@ constexpr std::string_view kKinds[] = {"position", "inclination", "profile", "ot
 const Row& RowOf(Verdict verdict) { return kRows[static_cast<int>(verdict)]; }
 
 template <typename Text>
-std::optional<Verdict> Find(Text Row::*column, Text text) {
+std::optional<Verdict> VerdictWith(Text Row::*column, Text text) {
   for (const Row& row : kRows)
     if (row.*column == text) return row.verdict;
   return std::nullopt;
@@ -31,20 +31,20 @@ std::optional<Verdict> Find(Text Row::*column, Text text) {
 }  // namespace
 
 std::string_view VerdictName(Verdict verdict) { return RowOf(verdict).name; }
-std::optional<Verdict> VerdictNamed(std::string_view name) { return Find(&Row::name, name); }
+std::optional<Verdict> VerdictNamed(std::string_view name) { return VerdictWith(&Row::name, name); }
 
 std::string_view QifStatus(Verdict verdict) { return RowOf(verdict).qif; }
 std::optional<Verdict> VerdictOfQifStatus(std::string_view status) {
-  return status == kRework ? Verdict::kNotConform : Find(&Row::qif, status);
+  return status == kRework ? Verdict::kNotConform : VerdictWith(&Row::qif, status);
 }
 
 std::string_view QifInspectionStatus(Verdict verdict) { return RowOf(verdict).qif_inspection; }
 std::optional<Verdict> VerdictOfQifInspectionStatus(std::string_view status) {
-  return status == kRework ? Verdict::kNotConform : Find(&Row::qif_inspection, status);
+  return status == kRework ? Verdict::kNotConform : VerdictWith(&Row::qif_inspection, status);
 }
 
 int OpcUaResultEvaluation(Verdict verdict) { return RowOf(verdict).opc_ua; }
-std::optional<Verdict> VerdictOfOpcUaResultEvaluation(int evaluation) { return Find(&Row::opc_ua, evaluation); }
+std::optional<Verdict> VerdictOfOpcUaResultEvaluation(int evaluation) { return VerdictWith(&Row::opc_ua, evaluation); }
 
 std::string_view KindName(Characteristic::Kind kind) { return kKinds[static_cast<int>(kind)]; }
 std::optional<Characteristic::Kind> KindNamed(std::string_view name) {

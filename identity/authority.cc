@@ -24,7 +24,7 @@ constexpr auto kAuthorityLife = hours(24 * 14610);  // forty years: as long as a
 constexpr hours kShortest{1}, kLongest{24 * 397};
 // What Trust reads (kMostCertificate_bytes) holds so many of the longest.
 constexpr std::size_t kMostHosts = 16;
-constexpr std::size_t kLongestPlant = 64, kLongestShown = 100;
+constexpr std::size_t kLongestPlant = 64, kLongestSerialShown = 100;
 
 bool IsPlant(const std::string& plant) {
   std::size_t count = 0;
@@ -70,7 +70,7 @@ absl::StatusOr<GivenFile> FileOfSerial(const Folder& folder, const std::string& 
   const absl::StatusOr<bool> known = serial ? issued->Holds(*serial + kPem) : false;
   if (!known.ok()) return known.status();
   if (*known) return GivenFile{*std::move(issued), *serial + kPem};
-  return absl::NotFoundError("serial: " + Tame(given, kLongestShown) +
+  return absl::NotFoundError("serial: " + Tame(given, kLongestSerialShown) +
                              ", want that of a certificate which this authority gave");
 }
 

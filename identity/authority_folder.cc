@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLongestShown = 100;
+constexpr std::size_t kLongestFileNameShown = 100;
 
 absl::Status Denied(const fs::path& path, const struct stat& found, const std::string& wanted_mode) {
   char mode[8];
@@ -61,7 +61,7 @@ absl::Status CheckFree(const Folder& folder) {
   for (const std::string& name : *names) {
     const bool ours = name == kLockFile || name == kKeyFile || name == kCertificateFile || name == kRevokedFile ||
                       name == kIssuedFolder || name.rfind(kUnfinished, 0) == 0;
-    if (!ours) return Refuse(folder.path().string(), "holds " + Tame(name, kLongestShown), "an empty folder");
+    if (!ours) return Refuse(folder.path().string(), "holds " + Tame(name, kLongestFileNameShown), "an empty folder");
   }
   const absl::StatusOr<struct stat> found = folder.Look();
   if (!found.ok()) return found.status();

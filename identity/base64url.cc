@@ -6,7 +6,7 @@
 namespace sixpoint::identity {
 namespace {
 
-constexpr std::string_view kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+constexpr std::string_view kBase64UrlLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 constexpr unsigned kLetter_bits = 6, kByte_bits = 8;
 
 }  // namespace
@@ -20,10 +20,10 @@ std::string ToBase64Url(std::string_view bytes) {
     held = held << kByte_bits | static_cast<unsigned char>(byte);
     for (held_bits += kByte_bits; held_bits >= kLetter_bits;) {
       held_bits -= kLetter_bits;
-      text += kLetters[held >> held_bits & 0x3f];
+      text += kBase64UrlLetters[held >> held_bits & 0x3f];
     }
   }
-  if (held_bits > 0) text += kLetters[held << (kLetter_bits - held_bits) & 0x3f];
+  if (held_bits > 0) text += kBase64UrlLetters[held << (kLetter_bits - held_bits) & 0x3f];
   return text;
 }
 
@@ -33,7 +33,7 @@ std::optional<std::string> FromBase64Url(std::string_view text) {
   std::uint32_t held = 0;
   unsigned held_bits = 0;
   for (const char letter : text) {
-    const std::size_t value = kLetters.find(letter);
+    const std::size_t value = kBase64UrlLetters.find(letter);
     if (value == std::string_view::npos) return std::nullopt;
     held = held << kLetter_bits | static_cast<std::uint32_t>(value);
     held_bits += kLetter_bits;

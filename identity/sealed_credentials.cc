@@ -23,7 +23,7 @@
 namespace sixpoint::identity {
 namespace {
 
-constexpr char kVersion = 1;
+constexpr char kSealVersion = 1;
 constexpr std::string_view kLabel = "sixpoint sealed credentials";
 // Each use its own, so that who knows the pickup id knows nothing of the key.
 constexpr std::string_view kPickupUse = "sixpoint sealed credentials 1: pickup id",
@@ -36,7 +36,7 @@ constexpr std::size_t Padded(std::size_t size) { return (size + kStep_bytes - 1)
 static_assert(kAround_bytes + Padded(2 * kLength_bytes + kMostIdentity_bytes + kMostCertificate_bytes) <=
               kGreatestSealed_bytes);
 
-constexpr std::string_view kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567";
+constexpr std::string_view kBase32Letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567";
 constexpr std::size_t kCode_letters = 26, kGroup_letters = 4, kLongestTyped = 256;
 constexpr char kCodeField[] = "--code";
 constexpr char kWantedCode[] = "the 26 letters and digits (A to Z, 2 to 7) of the code that was said";
@@ -80,7 +80,7 @@ std::string CodeText(const Code& code) {
       value = value << 1 | (is_set ? 1 : 0);
     }
     if (letter > 0 && letter % kGroup_letters == 0) text += '-';
-    text += kLetters[value];
+    text += kBase32Letters[value];
   }
   return text;
 }
@@ -98,7 +98,7 @@ std::optional<std::size_t> LetterValue(char letter) {
   if (letter >= 'a' && letter <= 'z') letter = static_cast<char>(letter - 'a' + 'A');
   for (const auto& [typed, meant] : {std::pair{'0', 'O'}, {'1', 'I'}, {'8', 'B'}})
     if (letter == typed) letter = meant;
-  const std::size_t at = kLetters.find(letter);
+  const std::size_t at = kBase32Letters.find(letter);
   return at == std::string_view::npos ? std::nullopt : std::optional(at);
 }
 
@@ -157,7 +157,7 @@ absl::StatusOr<std::string> PickupIdOfCode(const Code& code) {
 // Key, nonce and additional data, for either direction.
 absl::StatusOr<Cipher> Begun(const Derived& key, const char* nonce, bool encrypts) {
   Cipher cipher(EVP_CIPHER_CTX_new());
-  const std::string additional = std::string(kLabel) + kVersion;
+  const std::string additional = std::string(kLabel) + kSealVersion;
   int size = 0;
   if (cipher == nullptr ||
       EVP_CipherInit_ex2(cipher.get(), EVP_aes_256_gcm(), key.bytes.data(), Bytes(nonce), encrypts ? 1 : 0, nullptr) !=
@@ -169,7 +169,7 @@ absl::StatusOr<Cipher> Begun(const Derived& key, const char* nonce, bool encrypt
 }
 
 absl::StatusOr<std::string> Encrypted(const Derived& key, const std::string& plain) {
-  std::string sealed(kAround_bytes + plain.size(), kVersion);
+  std::string sealed(kAround_bytes + plain.size(), kSealVersion);
   char* const nonce = sealed.data() + 1;
   char* const text = nonce + kNonce_bytes;
   char* const tag = text + plain.size();
@@ -187,7 +187,7 @@ absl::StatusOr<std::string> Encrypted(const Derived& key, const std::string& pla
 absl::Status CheckFrame(const std::string& sealed) {
   if (sealed.size() > kGreatestSealed_bytes) return Refuse("sealed", "longer", "at most 64 KiB");
   if (sealed.size() <= kAround_bytes) return Refuse("sealed", "cut off", "the bytes that were sealed, whole");
-  if (sealed[0] != kVersion)
+  if (sealed[0] != kSealVersion)
     return Refuse("sealed", "of version " + std::to_string(static_cast<unsigned char>(sealed[0])), "1");
   return absl::OkStatus();
 }

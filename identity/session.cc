@@ -22,7 +22,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-constexpr std::string_view kVersion = "s1";
+constexpr std::string_view kSessionVersion = "s1";
 // Before every text that is signed. Longer than what a TLS handshake lets its other side choose of the bytes that this key signs, and
 // unlike anything that it signs.
 constexpr std::string_view kPurpose =
@@ -100,7 +100,7 @@ struct Parts {
 std::optional<Parts> PartsOf(std::string_view token) {
   if (token.size() > kLongestSession_bytes) return std::nullopt;
   const std::vector<std::string_view> texts = Split(token, '.');
-  if (texts.size() != kParts || texts[0] != kVersion) return std::nullopt;
+  if (texts.size() != kParts || texts[0] != kSessionVersion) return std::nullopt;
   const std::optional<std::string> payload = FromBase64Url(texts[1]);
   std::optional<std::string> certificate = FromBase64Url(texts[2]), signature = FromBase64Url(texts[3]);
   if (!payload || !certificate || !signature) return std::nullopt;
@@ -144,7 +144,7 @@ absl::StatusOr<std::string> SignSession(const Session& session, const std::files
   if (!own.ok()) return own.status();
   const absl::StatusOr<std::string> der = DerOf(own->certificate.get());
   if (!der.ok()) return der.status();
-  std::string token = std::string(kVersion) + "." + ToBase64Url(PayloadOf(session)) + "." + ToBase64Url(*der);
+  std::string token = std::string(kSessionVersion) + "." + ToBase64Url(PayloadOf(session)) + "." + ToBase64Url(*der);
   const absl::StatusOr<std::string> signature = SignEs256(own->key.get(), std::string(kPurpose) + token);
   if (!signature.ok()) return InFile(identity_file, signature.status());
   token += "." + ToBase64Url(*signature);

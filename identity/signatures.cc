@@ -15,7 +15,7 @@ using Digest = std::unique_ptr<EVP_MD_CTX, FreedBy<EVP_MD_CTX_free>>;
 using Ecdsa = std::unique_ptr<ECDSA_SIG, FreedBy<ECDSA_SIG_free>>;
 
 constexpr std::size_t kHalf_bytes = 32;
-constexpr int kSalt_bytes = 32;
+constexpr int kPssSalt_bytes = 32;
 // The order of P-256 (SEC 2, 2.4.2).
 constexpr char kOrder[] = "FFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551";
 
@@ -95,7 +95,7 @@ bool VerifiesRsa(EVP_PKEY* key, RsaPadding padding, std::string_view text, std::
   if (digest == nullptr || EVP_DigestVerifyInit(digest.get(), &context, EVP_sha256(), nullptr, key) != 1) return false;
   const bool is_pss = padding == RsaPadding::kPss;
   if (EVP_PKEY_CTX_set_rsa_padding(context, is_pss ? RSA_PKCS1_PSS_PADDING : RSA_PKCS1_PADDING) != 1) return false;
-  if (is_pss && (EVP_PKEY_CTX_set_rsa_pss_saltlen(context, kSalt_bytes) != 1 ||
+  if (is_pss && (EVP_PKEY_CTX_set_rsa_pss_saltlen(context, kPssSalt_bytes) != 1 ||
                  EVP_PKEY_CTX_set_rsa_mgf1_md(context, EVP_sha256()) != 1))
     return false;
   return EVP_DigestVerify(digest.get(), Bytes(signature), signature.size(), Bytes(text), text.size()) == 1;

@@ -17,22 +17,12 @@
 #include "refusal/refusal.h"
 
 namespace sixpoint::identity {
-namespace {
 
-namespace fs = std::filesystem;
-
-using Store = std::unique_ptr<X509_STORE, FreedBy<X509_STORE_free>>;
-using Verification = std::unique_ptr<X509_STORE_CTX, FreedBy<X509_STORE_CTX_free>>;
-
-constexpr std::size_t kMostFindings = 1024;
-
-std::string Sentence(const std::string& field, const std::string& value, const std::string& wanted) {
-  return std::string(Refuse(field, value, wanted).message());
-}
+// Named, for Trust::State has them.
 
 // What is wrong with one of the files, and what is wanted of it.
 struct Trouble {
-  fs::path file;
+  std::filesystem::path file;
   std::string what, wanted;
 };
 
@@ -41,7 +31,7 @@ struct KnownAuthority {
   Certificate certificate;
   Span valid;
   std::string plant;
-  Store store;
+  std::unique_ptr<X509_STORE, FreedBy<X509_STORE_free>> store;
 };
 
 // What no time changes of a certificate: whose it is, and whether the authority gave it; kGood where it did.
@@ -49,6 +39,18 @@ struct Finding {
   Judgement judgement;
   Span valid;
 };
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using Verification = std::unique_ptr<X509_STORE_CTX, FreedBy<X509_STORE_CTX_free>>;
+
+constexpr std::size_t kMostFindings = 1024;
+
+std::string Sentence(const std::string& field, const std::string& value, const std::string& wanted) {
+  return std::string(Refuse(field, value, wanted).message());
+}
 
 absl::StatusOr<std::shared_ptr<const KnownAuthority>> KnownAuthorityOf(std::string_view pem) {
   auto known = std::make_shared<KnownAuthority>();

@@ -15,7 +15,7 @@ namespace {
 std::string Field(const std::string& text) { return ToldOr(text, kBlank); }
 
 // Fields 1 to 4 head every form.
-Facts Head(const FirstArticle& f) {
+Facts HeadFacts(const FirstArticle& f) {
   return {4,
           {{"1. Part Number", Field(f.part_number)},
            {"2. Part Name", Field(f.part_name)},
@@ -30,7 +30,7 @@ std::string DateOf(const FirstArticle::Signature& signature) {
 void TellForm1(const FirstArticle& f, Document* document) {
   const FirstArticle::Form1& form = f.form1;
   document->blocks.emplace_back(Heading{"Form 1: Part Number Accountability", 2});
-  document->blocks.emplace_back(Head(f));
+  document->blocks.emplace_back(HeadFacts(f));
   document->blocks.emplace_back(
       Facts{4,
             {{"5. Part Revision Level", Field(form.part_revision)},
@@ -74,7 +74,7 @@ void TellForm1(const FirstArticle& f, Document* document) {
 
 void TellForm2(const FirstArticle& f, Document* document) {
   document->blocks.emplace_back(Heading{"Form 2: Product Accountability", 2});
-  document->blocks.emplace_back(Head(f));
+  document->blocks.emplace_back(HeadFacts(f));
   Table materials;
   materials.caption = "Materials and special processes";
   materials.empty = "None is given.";
@@ -106,7 +106,7 @@ void TellForm2(const FirstArticle& f, Document* document) {
 void TellForm3(const FirstArticle& f, Document* document) {
   document->blocks.emplace_back(
       Heading{"Form 3: Characteristic Accountability, Verification and Compatibility Evaluation", 2});
-  document->blocks.emplace_back(Head(f));
+  document->blocks.emplace_back(HeadFacts(f));
   Table table;
   table.caption = "Characteristics";
   table.empty = "None is given: nothing was inspected.";

@@ -15,7 +15,7 @@ Json Text(const std::string& text) { return text.empty() ? Json(nullptr) : Json(
 Json Number(const std::optional<double>& number) { return number ? Json(*number) : Json(nullptr); }
 Json Date(const std::optional<Time>& time) { return time ? Json(exchange::TimeText(*time)) : Json(nullptr); }
 
-Json Head(const FirstArticle& f) {
+Json HeadJson(const FirstArticle& f) {
   return {{"1_part_number", Text(f.part_number)},
           {"2_part_name", Text(f.part_name)},
           {"3_serial_number", Text(f.serial_number)},
@@ -24,7 +24,7 @@ Json Head(const FirstArticle& f) {
 
 Json Form1(const FirstArticle& f) {
   const FirstArticle::Form1& form = f.form1;
-  Json json = Head(f);
+  Json json = HeadJson(f);
   json["5_part_revision_level"] = Text(form.part_revision);
   json["6_drawing_number"] = Text(form.drawing_number);
   json["7_drawing_revision_level"] = Text(form.drawing_revision);
@@ -57,7 +57,7 @@ Json Form1(const FirstArticle& f) {
 }
 
 Json Form2(const FirstArticle& f) {
-  Json json = Head(f);
+  Json json = HeadJson(f);
   json["materials"] = Json::array();
   for (const FirstArticle::Material& m : f.form2.materials)
     json["materials"].push_back({{"5_material_or_process_name", Text(m.name)},
@@ -75,7 +75,7 @@ Json Form2(const FirstArticle& f) {
 }
 
 Json Form3(const FirstArticle& f) {
-  Json json = Head(f);
+  Json json = HeadJson(f);
   json["characteristics"] = Json::array();
   for (const FirstArticle::Line& line : f.form3) {
     const Characteristic& c = line.characteristic;

@@ -7,7 +7,7 @@
 namespace sixpoint::report {
 namespace {
 
-constexpr double kMargin_mm = 9, kFoot_mm = 8;
+constexpr double kHoleMargin_mm = 9, kHoleFoot_mm = 8;
 constexpr std::size_t kMostNames = 40;
 
 // Which of the part's axes go to the right and up.
@@ -28,7 +28,7 @@ Axes AxesOf(const std::vector<Hole>& holes) {
   return extent[axes.up] > extent[axes.right] ? Axes{axes.up, axes.right} : axes;
 }
 
-struct Frame {
+struct HoleFrame {
   Axes axes;
   double scale = 1, left_mm = 0, top_mm = 0, x0_mm = 0, y1_mm = 0;
   Place At(const std::array<double, 3>& p) const {
@@ -36,25 +36,25 @@ struct Frame {
   }
 };
 
-Frame FrameFor(const std::vector<Hole>& holes, const PlotSize& size) {
-  Frame frame{AxesOf(holes)};
+HoleFrame FrameFor(const std::vector<Hole>& holes, const PlotSize& size) {
+  HoleFrame frame{AxesOf(holes)};
   double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300;
   for (const Hole& hole : holes) {
     const double x = hole.nominal_mm[frame.axes.right], y = hole.nominal_mm[frame.axes.up];
     x0 = std::min(x0, x), x1 = std::max(x1, x), y0 = std::min(y0, y), y1 = std::max(y1, y);
   }
-  const double width = size.width_mm - 2 * kMargin_mm, height = size.height_mm - 2 * kMargin_mm - kFoot_mm;
+  const double width = size.width_mm - 2 * kHoleMargin_mm, height = size.height_mm - 2 * kHoleMargin_mm - kHoleFoot_mm;
   const double extent = std::max({x1 - x0, y1 - y0, 1e-3});
   frame.scale = std::min(width / std::max(x1 - x0, extent / 20), height / std::max(y1 - y0, extent / 20));
   frame.x0_mm = x0;
   frame.y1_mm = y1;
   frame.left_mm = (size.width_mm - frame.scale * (x1 - x0)) / 2;
-  frame.top_mm = kMargin_mm + (height - frame.scale * (y1 - y0)) / 2;
+  frame.top_mm = kHoleMargin_mm + (height - frame.scale * (y1 - y0)) / 2;
   return frame;
 }
 
 // The median of each hole's way to the nearest other one, on paper; of many holes of the first thousand.
-double UsualSpacing(const Frame& frame, const std::vector<Hole>& holes) {
+double UsualSpacing(const HoleFrame& frame, const std::vector<Hole>& holes) {
   const std::size_t count = std::min<std::size_t>(holes.size(), 1000);
   std::vector<double> nearest_mm;
   for (std::size_t i = 0; i < count; ++i) {
@@ -75,7 +75,7 @@ double LengthOf(const Hole& hole) {
   return d ? std::sqrt((*d)[0] * (*d)[0] + (*d)[1] * (*d)[1] + (*d)[2] * (*d)[2]) : 0;
 }
 
-void DrawHole(const Frame& frame, const Hole& hole, double magnification, bool named, Drawing* drawing) {
+void DrawHole(const HoleFrame& frame, const Hole& hole, double magnification, bool named, Drawing* drawing) {
   const Place at = frame.At(hole.nominal_mm);
   const Colour colour = ColourOf(hole.judged ? ToneOf(hole.verdict) : Tone::kPlain);
   const double paper = magnification * frame.scale;
@@ -110,7 +110,7 @@ void DrawHole(const Frame& frame, const Hole& hole, double magnification, bool n
 HolePlot PlotHoles(const std::vector<Hole>& holes, const PlotSize& size, double magnification) {
   HolePlot plot{{size.width_mm, size.height_mm, {}}, 1, "", holes.size() <= kMostNames};
   if (holes.empty()) return plot;
-  const Frame frame = FrameFor(holes, size);
+  const HoleFrame frame = FrameFor(holes, size);
   double greatest_mm = 1e-6;
   for (const Hole& hole : holes)
     greatest_mm = std::max({greatest_mm, LengthOf(hole), hole.position_limit_mm.value_or(0)});

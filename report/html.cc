@@ -83,7 +83,7 @@ std::string Class(Tone tone, Align align = Align::kLeft, std::string_view third 
   return names.empty() ? "" : " class=\"" + names + "\"";
 }
 
-class Writer {
+class HtmlWriter {
  public:
   absl::Status operator()(const Heading& heading) {
     const std::string tag = heading.level == 2 ? "h2" : "h3";
@@ -168,7 +168,7 @@ class Writer {
 }  // namespace
 
 absl::StatusOr<std::string> ToHtml(const Document& document) {
-  Writer writer;
+  HtmlWriter writer;
   writer.html = "<!doctype html>\n<html lang=\"en\"" + std::string(document.landscape ? " class=\"wide\"" : "") +
                 "><head><meta charset=\"utf-8\">"
                 "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "

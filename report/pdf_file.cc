@@ -15,32 +15,34 @@
 #include "report/tell.h"
 
 namespace sixpoint::report {
+
+// Named, for PdfFile::State has them.
+struct PdfFault {
+  HPDF_STATUS error = 0, detail = 0;
+};
+
+struct PdfFace {
+  HPDF_Font font = nullptr;
+  std::vector<bool> has;
+  std::vector<float> widths = std::vector<float>(65536, -1);  // parts of the size; below 0: not asked yet
+};
+
 namespace {
 
 constexpr double kPoint_mm = 0.352778;
 
-struct Fault {
-  HPDF_STATUS error = 0, detail = 0;
-};
-
 // The first one counts. Nothing is thrown or jumped out of C: libharu gives up by itself, and every later call of it does nothing.
 void Keep(HPDF_STATUS error, HPDF_STATUS detail, void* data) {
-  Fault& fault = *static_cast<Fault*>(data);
+  PdfFault& fault = *static_cast<PdfFault*>(data);
   if (fault.error == 0) fault = {error, detail};
 }
 
-absl::Status StatusOf(const Fault& fault) {
+absl::Status StatusOf(const PdfFault& fault) {
   if (fault.error == 0) return absl::OkStatus();
   char text[64];
   std::snprintf(text, sizeof text, "libharu gave up with error 0x%04lx, detail %lu", fault.error, fault.detail);
   return absl::ResourceExhaustedError(text);
 }
-
-struct Face {
-  HPDF_Font font = nullptr;
-  std::vector<bool> has;
-  std::vector<float> widths = std::vector<float>(65536, -1);  // parts of the size; below 0: not asked yet
-};
 
 HPDF_REAL Points(double mm) { return static_cast<HPDF_REAL>(mm / kPoint_mm); }
 
@@ -50,9 +52,9 @@ struct PdfFile::State {
   ~State() {
     if (pdf) HPDF_Free(pdf);
   }
-  Fault fault;
+  PdfFault fault;
   HPDF_Doc pdf = nullptr;
-  std::array<Face, 2> faces;  // regular, bold
+  std::array<PdfFace, 2> faces;  // regular, bold
   bool landscape = false, too_many = false;
   std::vector<HPDF_Page> pages;
   HPDF_Page page = nullptr;
@@ -81,7 +83,7 @@ struct PdfFile::State {
   }
   // What is shown are characters that the font has: below 65536.
   double WidthOf(char32_t code, const Font& font) {
-    Face& face = faces[font.bold ? 1 : 0];
+    PdfFace& face = faces[font.bold ? 1 : 0];
     float& width = face.widths.at(code);
     if (width < 0)
       width = static_cast<float>(HPDF_Font_GetUnicodeWidth(face.font, static_cast<HPDF_UNICODE>(code))) / 1000;
@@ -194,7 +196,7 @@ std::vector<std::string> PdfFile::Wrapped(const std::string& text, double width_
 }
 
 void PdfFile::Text(Place at, const std::string& text, const Font& font, Colour colour, Anchor anchor) {
-  Face& face = state_->faces[font.bold ? 1 : 0];
+  PdfFace& face = state_->faces[font.bold ? 1 : 0];
   const std::vector<char32_t> codes = InOrderOfSight(Shown(text, face.has));
   if (codes.empty()) return;
   std::string shown;

@@ -7,11 +7,11 @@
 namespace sixpoint::report {
 namespace {
 
-constexpr double kMargin_mm = 4, kFoot_mm = 6;
+constexpr double kSectionMargin_mm = 4, kSectionFoot_mm = 6;
 constexpr int kColourSteps = 24;  // of the scale: neighbours in one step are one shape
 
 // Paper from section frame: x to the right, y up.
-struct Frame {
+struct SectionFrame {
   double scale = 1, left_mm = 0, top_mm = 0, x0_mm = 0, y1_mm = 0;
   Place At(double x_mm, double y_mm) const {
     return {left_mm + (x_mm - x0_mm) * scale, top_mm + (y1_mm - y_mm) * scale};
@@ -19,11 +19,11 @@ struct Frame {
 };
 
 // Moved along the normal: of a measured point to its place on the nominal (-deviation), or magnified.
-Place Shifted(const Frame& frame, const OutlinePoint& p, double by_mm) {
+Place Shifted(const SectionFrame& frame, const OutlinePoint& p, double by_mm) {
   return frame.At(p.x_mm + by_mm * p.normal_x, p.y_mm + by_mm * p.normal_y);
 }
 
-Frame FrameFor(const SectionOutlines& outlines, const PlotSize& size, double room_mm) {
+SectionFrame FrameFor(const SectionOutlines& outlines, const PlotSize& size, double room_mm) {
   double x0 = 1e300, x1 = -1e300, y0 = 1e300, y1 = -1e300;
   for (const auto* pieces : {&outlines.nominal, &outlines.measured})
     for (const OutlinePiece& piece : *pieces)
@@ -31,14 +31,14 @@ Frame FrameFor(const SectionOutlines& outlines, const PlotSize& size, double roo
         x0 = std::min(x0, p.x_mm), x1 = std::max(x1, p.x_mm);
         y0 = std::min(y0, p.y_mm), y1 = std::max(y1, p.y_mm);
       }
-  const double width = size.width_mm - 2 * (kMargin_mm + room_mm);
-  const double height = size.height_mm - 2 * (kMargin_mm + room_mm) - kFoot_mm;
-  Frame frame;
+  const double width = size.width_mm - 2 * (kSectionMargin_mm + room_mm);
+  const double height = size.height_mm - 2 * (kSectionMargin_mm + room_mm) - kSectionFoot_mm;
+  SectionFrame frame;
   frame.scale = std::min(width / std::max(1e-6, x1 - x0), height / std::max(1e-6, y1 - y0));
   frame.x0_mm = x0;
   frame.y1_mm = y1;
   frame.left_mm = (size.width_mm - frame.scale * (x1 - x0)) / 2;
-  frame.top_mm = kMargin_mm + room_mm + (height - frame.scale * (y1 - y0)) / 2;
+  frame.top_mm = kSectionMargin_mm + room_mm + (height - frame.scale * (y1 - y0)) / 2;
   return frame;
 }
 
@@ -49,14 +49,14 @@ double GreatestDeviation(const SectionOutlines& outlines) {
   return greatest;
 }
 
-Path Outline(const Frame& frame, const OutlinePiece& piece, double by_mm, const Pen& pen) {
+Path Outline(const SectionFrame& frame, const OutlinePiece& piece, double by_mm, const Pen& pen) {
   Path path{{}, piece.closed, pen, std::nullopt};
   path.places.reserve(piece.points.size());
   for (const OutlinePoint& p : piece.points) path.places.push_back(Shifted(frame, p, by_mm));
   return path;
 }
 
-void DrawBand(const Frame& frame, const SectionOutlines& outlines, double magnification, Drawing* drawing) {
+void DrawBand(const SectionFrame& frame, const SectionOutlines& outlines, double magnification, Drawing* drawing) {
   if (!outlines.lower_mm && !outlines.upper_mm) return;
   const double lower = magnification * outlines.lower_mm.value_or(0),
                upper = magnification * outlines.upper_mm.value_or(0);
@@ -73,7 +73,7 @@ void DrawBand(const Frame& frame, const SectionOutlines& outlines, double magnif
 }
 
 // Between nominal and measured, in the colour of the deviation.
-void DrawDeviations(const Frame& frame, const SectionOutlines& outlines, double scale_um, double magnification,
+void DrawDeviations(const SectionFrame& frame, const SectionOutlines& outlines, double scale_um, double magnification,
                     Drawing* drawing) {
   const auto step_of = [&](const OutlinePoint& p, const OutlinePoint& q) {
     return std::lround(500 * (p.deviation_mm + q.deviation_mm) * kColourSteps / scale_um);
@@ -98,7 +98,7 @@ void DrawDeviations(const Frame& frame, const SectionOutlines& outlines, double 
   }
 }
 
-void DrawMeasured(const Frame& frame, const SectionOutlines& outlines, double magnification, Drawing* drawing) {
+void DrawMeasured(const SectionFrame& frame, const SectionOutlines& outlines, double magnification, Drawing* drawing) {
   const auto out = [&](const OutlinePoint& p) {
     return (outlines.lower_mm && p.deviation_mm < *outlines.lower_mm) ||
            (outlines.upper_mm && p.deviation_mm > *outlines.upper_mm);
@@ -122,7 +122,7 @@ void DrawMeasured(const Frame& frame, const SectionOutlines& outlines, double ma
   }
 }
 
-void DrawConstruction(const Frame& frame, const SectionOutlines& outlines, Drawing* drawing) {
+void DrawConstruction(const SectionFrame& frame, const SectionOutlines& outlines, Drawing* drawing) {
   const Pen thin{kQuietInk, 0.15};
   for (const auto& circle : {outlines.greatest_circle, outlines.leading_circle, outlines.trailing_circle}) {
     if (!circle) continue;
@@ -138,7 +138,7 @@ void DrawConstruction(const Frame& frame, const SectionOutlines& outlines, Drawi
 }
 
 void DrawKey(const PlotSize& size, bool banded, Drawing* drawing) {
-  double x = kMargin_mm + 30;
+  double x = kSectionMargin_mm + 30;
   const double y = size.height_mm - 2.2;
   const auto item = [&](const Pen& pen, const std::string& text, double room_mm) {
     drawing->Line({x, y - 0.8}, {x + 4, y - 0.8}, pen);
@@ -162,7 +162,7 @@ SectionPlot PlotSection(const SectionOutlines& outlines, const PlotSize& size, d
     magnification = RoundMagnification(room_mm / (shown_mm * FrameFor(outlines, size, room_mm).scale));
   magnification = std::max(1.0, magnification);
   const double scale_um = RoundScale(1000 * (tolerance_mm > 0 ? tolerance_mm : deviation_mm));
-  Frame frame = FrameFor(outlines, size, room_mm);
+  SectionFrame frame = FrameFor(outlines, size, room_mm);
   SectionPlot plot{{size.width_mm, size.height_mm, {}}, magnification};
   DrawBand(frame, outlines, magnification, &plot.drawing);
   DrawDeviations(frame, outlines, scale_um, magnification, &plot.drawing);
@@ -170,7 +170,7 @@ SectionPlot PlotSection(const SectionOutlines& outlines, const PlotSize& size, d
   for (const OutlinePiece& piece : outlines.nominal)
     plot.drawing.shapes.emplace_back(Outline(frame, piece, 0, Pen{kInk, 0.18}));
   DrawMeasured(frame, outlines, magnification, &plot.drawing);
-  DrawScaleBar(&plot.drawing, {kMargin_mm, size.height_mm - 3}, 16, frame.scale);
+  DrawScaleBar(&plot.drawing, {kSectionMargin_mm, size.height_mm - 3}, 16, frame.scale);
   DrawKey(size, tolerance_mm > 0, &plot.drawing);
   return plot;
 }

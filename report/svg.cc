@@ -32,9 +32,9 @@ std::string Paint(const std::optional<Pen>& pen, const std::optional<Colour>& fi
   return text;
 }
 
-class Writer {
+class SvgWriter {
  public:
-  explicit Writer(std::string* html) : html_(*html) {}
+  explicit SvgWriter(std::string* html) : html_(*html) {}
 
   absl::Status operator()(const Path& path) {
     html_ += "<path d=\"";
@@ -108,7 +108,7 @@ absl::Status AppendSvg(const Drawing& drawing, std::string_view alt, std::string
   const std::string width = Millimetres(drawing.width_mm), height = Millimetres(drawing.height_mm);
   *html += "<svg role=\"img\" aria-label=\"" + Escaped(alt) + "\" viewBox=\"0 0 " + width + " " + height +
            "\" style=\"width:" + width + "mm\">";
-  Writer writer(html);
+  SvgWriter writer(html);
   for (const Shape& shape : drawing.shapes)
     if (absl::Status status = std::visit(writer, shape); !status.ok()) return status;
   *html += "</svg>";

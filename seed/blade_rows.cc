@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "seed/diagonal.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::seed {
@@ -16,12 +17,6 @@ constexpr const char* kVerdicts[] = {"CONFORM", "UNDECIDABLE", "NOT_MEASURED", "
 // By ISO 14253-1: what is uncertain about the limit is neither.
 int VerdictOf(double error, double uncertainty, double tolerance) {
   return error + uncertainty <= tolerance ? 0 : error - uncertainty > tolerance ? 3 : 1;
-}
-
-std::vector<double> Diagonal(std::size_t size, double rotation, double translation) {
-  std::vector<double> matrix(size * size, 0);
-  for (std::size_t i = 0; i < size; ++i) matrix[i * size + i] = i < 3 ? rotation : translation;
-  return matrix;
 }
 
 std::string Json(const char* format, const std::string& word, double number) {
@@ -143,8 +138,8 @@ Made<storage::RegistrationRow> BladeRows::Registration(int month) const {
   if (converged) {
     row.zero_from_part = {1, 0, 0, 0.21, 0, 1, 0, -0.13, 0, 0, 1, 1e-3 * blade_.off_um};
     row.reference_mm = {0, 0, 0};
-    row.covariance = Diagonal(6, 1e-10, 6e-6);
-    row.noise_covariance = Diagonal(6, 1e-11, 2e-7);
+    row.covariance = Diagonal(6, 1e-10, 3, 6e-6);
+    row.noise_covariance = Diagonal(6, 1e-11, 3, 2e-7);
     row.calibration_sensitivity = std::vector<double>(84, 0);
   } else {
     row.remark = "the casting is twisted: the fit goes back and forth";

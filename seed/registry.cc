@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "seed/diagonal.h"
 #include "storage/blobs.h"
 #include "storage/plant_registry.h"
 
@@ -11,17 +12,11 @@ namespace {
 using storage::Database;
 using storage::Transaction;
 
-constexpr std::chrono::seconds kPatience{60};
+constexpr std::chrono::seconds kRegistryPatience{60};
 constexpr double kDegPerRad = 57.29577951308232;
 // A calibration holds for a month and ten days; the last one of a machine that was not calibrated lately ended two days ago.
 constexpr std::chrono::hours kValidity{40 * 24}, kOver{2 * 24};
 constexpr char kScanBytes[] = "seeded: a scan without points\n";
-
-std::vector<double> Diagonal(std::size_t size, double value, std::size_t from, double value_from) {
-  std::vector<double> matrix(size * size, 0);
-  for (std::size_t i = 0; i < size; ++i) matrix[i * size + i] = i < from ? value : value_from;
-  return matrix;
-}
 
 storage::MachineRow MachineOf(const Machine& planned) {
   storage::MachineRow machine;
@@ -224,7 +219,7 @@ storage::RecordEntry EntryOf(const std::string& kind, const std::string& name, c
 
 absl::StatusOr<Registry> WriteRegistry(Database* database, const Plan& plan) {
   Registry registry;
-  absl::StatusOr<Transaction> transaction = database->Begin(std::chrono::steady_clock::now() + kPatience);
+  absl::StatusOr<Transaction> transaction = database->Begin(std::chrono::steady_clock::now() + kRegistryPatience);
   if (!transaction.ok()) return transaction.status();
   absl::StatusOr<std::string> blob = storage::PutBlob(*transaction, kScanBytes);
   if (!blob.ok()) return blob.status();

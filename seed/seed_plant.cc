@@ -13,7 +13,7 @@ using nlohmann::json;
 using storage::Database;
 using storage::Transaction;
 
-constexpr std::chrono::seconds kPatience{30};
+constexpr std::chrono::seconds kSeedPatience{30};
 
 // Of what was not seeded, anything recorded at all: a plant where only a machine is registered is somebody's, too.
 constexpr char kSelectReal[] =
@@ -75,7 +75,7 @@ absl::StatusOr<json> SeedPlant(const std::string& conninfo, const Request& reque
                                const std::function<void(int)>& on_blades) {
   // A crash of the server in these minutes may take some of it: the last commit makes all of it stay.
   const auto database = Database::Open(conninfo + " options='-c synchronous_commit=off'", 1);
-  absl::StatusOr<Transaction> transaction = database->Begin(std::chrono::steady_clock::now() + kPatience);
+  absl::StatusOr<Transaction> transaction = database->Begin(std::chrono::steady_clock::now() + kSeedPatience);
   if (!transaction.ok()) return transaction.status();
   const absl::StatusOr<storage::Instant> now = storage::NowOf(*transaction);
   if (!now.ok()) return now.status();

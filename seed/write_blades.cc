@@ -12,7 +12,7 @@ namespace {
 using storage::Database;
 using storage::Transaction;
 
-constexpr std::chrono::minutes kPatience{2};
+constexpr std::chrono::minutes kBladePatience{2};
 // One transaction writes so many blades: what the server plans once a transaction is shared, and whoever else records waits for the
 // journal for a quarter of a second at most.
 constexpr int kBladesATransaction = 50;
@@ -22,7 +22,7 @@ constexpr int kBladesATransaction = 50;
 constexpr int kFirstAnalysis = 100, kAnalysisGrowth = 10;
 
 absl::Status Analyze(Database* database) {
-  absl::StatusOr<Transaction> transaction = database->Begin(std::chrono::steady_clock::now() + kPatience);
+  absl::StatusOr<Transaction> transaction = database->Begin(std::chrono::steady_clock::now() + kBladePatience);
   if (!transaction.ok()) return transaction.status();
   if (auto analyzed = transaction->Execute("ANALYZE"); !analyzed.ok()) return analyzed.status();
   return transaction->Commit();
@@ -88,7 +88,7 @@ absl::StatusOr<Written> WriteBlades(Database* database, const Plan& plan, const 
   Written written;
   int next_analysis = kFirstAnalysis;
   for (int index = 0; index < plan.options().blade_count;) {
-    absl::StatusOr<Transaction> transaction = database->Begin(std::chrono::steady_clock::now() + kPatience);
+    absl::StatusOr<Transaction> transaction = database->Begin(std::chrono::steady_clock::now() + kBladePatience);
     if (!transaction.ok()) return transaction.status();
     const int past = std::min(index + kBladesATransaction, plan.options().blade_count);
     for (; index < past; ++index)
@@ -105,7 +105,7 @@ absl::StatusOr<Written> WriteBlades(Database* database, const Plan& plan, const 
 absl::StatusOr<Aftermath> WriteAftermath(Database* database, const Plan& plan, const Registry& registry,
                                          Written* written) {
   Aftermath aftermath;
-  absl::StatusOr<Transaction> transaction = database->Begin(std::chrono::steady_clock::now() + kPatience);
+  absl::StatusOr<Transaction> transaction = database->Begin(std::chrono::steady_clock::now() + kBladePatience);
   if (!transaction.ok()) return transaction.status();
   if (auto set = transaction->Execute("SET LOCAL synchronous_commit = on"); !set.ok()) return set.status();
   for (const Plan::Withdrawal& planned : plan.withdrawals()) {

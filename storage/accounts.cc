@@ -7,11 +7,11 @@ namespace {
   "name, sign_in_method, roles, password_phc, issuer, issuer_subject, disabled, created_at, changed_at"
 
 constexpr char kFind[] = "SELECT " ACCOUNT_COLUMNS " FROM accounts WHERE name = $1";
-constexpr char kLock[] = "SELECT " ACCOUNT_COLUMNS " FROM accounts WHERE name = $1 FOR UPDATE";
+constexpr char kLockAccount[] = "SELECT " ACCOUNT_COLUMNS " FROM accounts WHERE name = $1 FOR UPDATE";
 constexpr char kLockOfSubject[] =
     "SELECT " ACCOUNT_COLUMNS " FROM accounts WHERE issuer = $1 AND issuer_subject = $2 FOR UPDATE";
-constexpr char kList[] = "SELECT " ACCOUNT_COLUMNS " FROM accounts WHERE name > $1 ORDER BY name LIMIT $2";
-constexpr char kInsert[] =
+constexpr char kListAccounts[] = "SELECT " ACCOUNT_COLUMNS " FROM accounts WHERE name > $1 ORDER BY name LIMIT $2";
+constexpr char kInsertAccount[] =
     "INSERT INTO accounts (name, sign_in_method, roles, password_phc, issuer, issuer_subject) "
     "VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT DO NOTHING";
 constexpr char kUpdate[] =
@@ -67,7 +67,7 @@ absl::StatusOr<std::optional<AccountRow>> FindAccount(Transaction& transaction, 
 }
 
 absl::StatusOr<std::optional<AccountRow>> LockAccount(Transaction& transaction, const std::string& name) {
-  return One(transaction.Execute(kLock, Params().Text(name)));
+  return One(transaction.Execute(kLockAccount, Params().Text(name)));
 }
 
 absl::StatusOr<std::optional<AccountRow>> LockAccountOfSubject(Transaction& transaction, const std::string& issuer,
@@ -77,7 +77,7 @@ absl::StatusOr<std::optional<AccountRow>> LockAccountOfSubject(Transaction& tran
 
 absl::StatusOr<std::vector<AccountRow>> ListAccounts(Transaction& transaction, const std::string& after_name,
                                                      int limit) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kList, Params().Text(after_name).Int(limit));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kListAccounts, Params().Text(after_name).Int(limit));
   if (!rows.ok()) return rows.status();
   std::vector<AccountRow> accounts;
   for (int row = 0; row < rows->count(); ++row) accounts.push_back(RowOf(*rows, row));
@@ -88,7 +88,7 @@ absl::StatusOr<bool> InsertAccount(Transaction& transaction, const AccountRow& a
   Params params;
   params.Text(account.name).Text(account.sign_in_method).Texts(account.roles);
   params.OptionalText(account.password_phc).OptionalText(account.issuer).OptionalText(account.issuer_subject);
-  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsert, params);
+  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertAccount, params);
   if (!inserted.ok()) return inserted.status();
   return inserted->affected() == 1;
 }

@@ -104,7 +104,7 @@ AssessmentRow ReadAssessment(const Rows& rows, int row) {
 
 // A column of one member of each.
 template <typename Value, typename Rows, typename Of>
-std::vector<Value> Each(const Rows& rows, const Of& of) {
+std::vector<Value> ColumnOf(const Rows& rows, const Of& of) {
   std::vector<Value> column;
   column.reserve(rows.size());
   for (const auto& row : rows) column.push_back(of(row));
@@ -114,10 +114,10 @@ std::vector<Value> Each(const Rows& rows, const Of& of) {
 Params FindingsParams(const AssessmentRow& assessment) {
   using Row = CharacteristicFindingRow;
   const auto texts = [&](std::string Row::*member) {
-    return Each<std::string>(assessment.findings, [&](const Row& row) { return row.*member; });
+    return ColumnOf<std::string>(assessment.findings, [&](const Row& row) { return row.*member; });
   };
   const auto reals = [&](std::optional<double> Row::*member) {
-    return Each<std::optional<double>>(assessment.findings, [&](const Row& row) { return row.*member; });
+    return ColumnOf<std::optional<double>>(assessment.findings, [&](const Row& row) { return row.*member; });
   };
   Params params;
   params.Uuid(assessment.assessment_id).Texts(texts(&Row::characteristic)).Texts(texts(&Row::feature));
@@ -126,12 +126,12 @@ Params FindingsParams(const AssessmentRow& assessment) {
   params.OptionalReals(reals(&Row::lower_limit)).OptionalReals(reals(&Row::upper_limit));
   params.OptionalReals(reals(&Row::value)).OptionalReals(reals(&Row::expanded_uncertainty));
   params.Texts(texts(&Row::verdict));
-  params.Texts(Each<std::string>(assessment.findings, [](const Row& row) { return row.rule.kind; }));
-  params.Texts(Each<std::string>(assessment.findings, [](const Row& row) { return row.rule.edition; }));
+  params.Texts(ColumnOf<std::string>(assessment.findings, [](const Row& row) { return row.rule.kind; }));
+  params.Texts(ColumnOf<std::string>(assessment.findings, [](const Row& row) { return row.rule.edition; }));
   params.OptionalReals(
-      Each<std::optional<double>>(assessment.findings, [](const Row& row) { return row.rule.guard_factor; }));
+      ColumnOf<std::optional<double>>(assessment.findings, [](const Row& row) { return row.rule.guard_factor; }));
   params.Texts(texts(&Row::reason));
-  params.OptionalReals(Each<std::optional<double>>(assessment.findings, [](const Row& row) {
+  params.OptionalReals(ColumnOf<std::optional<double>>(assessment.findings, [](const Row& row) {
     return row.result_index ? std::optional<double>(*row.result_index) : std::nullopt;
   }));
   return params.Texts(texts(&Row::method)).Texts(texts(&Row::cure));

@@ -8,10 +8,10 @@ namespace {
   "periodic_amplitude_deg, least_detectable_deg, greatest_error_deg, greatest_error_at_deg, "           \
   "greatest_error_forward, standard_uncertainty_deg, compensated_standard_uncertainty_deg, noise_deg, " \
   "table_standard_uncertainty_deg, beyond_limits_count"
-constexpr char kInsert[] =
+constexpr char kInsertAxis[] =
     "INSERT INTO axis_characterisations (calibration_id, forward_error_deg, backward_error_deg, " SIXPOINT_FIGURES
     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19)";
-constexpr char kSelect[] =
+constexpr char kSelectAxes[] =
     "SELECT calibration_id, axis, " SIXPOINT_FIGURES
     " FROM axis_characterisations JOIN calibrations USING (calibration_id) WHERE calibration_id = ANY ($1::uuid[])";
 constexpr char kSelectTable[] =
@@ -27,7 +27,7 @@ AngleEstimateRow EstimateAt(const Rows& rows, int row, int column) {
   return {pair.at(0), pair.at(1)};
 }
 
-AxisCharacterisationRow Read(const Rows& rows, int row) {
+AxisCharacterisationRow ReadAxis(const Rows& rows, int row) {
   AxisCharacterisationRow a;
   a.axis = rows.Text(row, 1);
   a.reading_count = static_cast<int>(rows.Int(row, 2));
@@ -65,16 +65,16 @@ absl::Status InsertAxis(Transaction& transaction, const std::string& id, const A
   params.Bool(a.greatest_error_forward).Reals(Pair(a.standard_uncertainty));
   params.Reals(Pair(a.compensated_standard_uncertainty)).Reals(Pair(a.noise)).Real(a.table_standard_uncertainty_deg);
   a.beyond_limits_count ? params.Int(*a.beyond_limits_count) : params.Null();
-  return transaction.Execute(kInsert, params).status();
+  return transaction.Execute(kInsertAxis, params).status();
 }
 
 absl::Status ReadAxes(Transaction& transaction, const std::vector<std::string>& calibration_ids,
                       std::vector<CalibrationRow>* calibrations) {
-  const absl::StatusOr<Rows> axes = transaction.Execute(kSelect, Params().Uuids(calibration_ids));
+  const absl::StatusOr<Rows> axes = transaction.Execute(kSelectAxes, Params().Uuids(calibration_ids));
   if (!axes.ok()) return axes.status();
   for (CalibrationRow& c : *calibrations)
     for (int row = 0; row < axes->count(); ++row)
-      if (axes->Text(row, 0) == c.calibration_id) c.axis = Read(*axes, row);
+      if (axes->Text(row, 0) == c.calibration_id) c.axis = ReadAxis(*axes, row);
   return axes->status();
 }
 

@@ -18,14 +18,13 @@ constexpr int kPage = 100;
 constexpr std::size_t kLongestDetail = 1000;  // the table takes no more than four times that
 constexpr std::chrono::milliseconds kLongestNap{100};
 
-constexpr char kSelectPage[] =
+constexpr char kSelectBlobs[] =
     "SELECT sha256, size_bytes, store, coalesce(object_id::text, '') FROM blobs WHERE sha256 > $1 AND deleted_at IS "
     "NULL ORDER BY sha256 LIMIT $2";
-constexpr char kSelectBytes[] = "SELECT bytes FROM blobs WHERE sha256 = $1";
 constexpr char kInsertDamage[] =
     "INSERT INTO blob_damages (sha256, store, what, detail) SELECT $1::bytea, $2::text, $3::text, $4::text "
     "WHERE NOT EXISTS (SELECT 1 FROM blob_damages WHERE sha256 = $1 AND what = $3)";
-constexpr char kSelectDamages[] =
+constexpr char kSelectBlobDamages[] =
     "SELECT sha256, store, what, detail, found_at FROM blob_damages ORDER BY damage_id DESC LIMIT $1";
 constexpr char kSelectState[] =
     "SELECT after_sha256, checked_count, checked_bytes, damaged_count, begun_at, finished_at FROM blob_check_progress";
@@ -49,7 +48,7 @@ struct Listed {
 absl::StatusOr<std::vector<Listed>> ReadPage(Database* database, const std::string& after_sha256, Deadline deadline) {
   absl::StatusOr<Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  const absl::StatusOr<Rows> rows = transaction->Execute(kSelectPage, Params().Digest(after_sha256).Int(kPage));
+  const absl::StatusOr<Rows> rows = transaction->Execute(kSelectBlobs, Params().Digest(after_sha256).Int(kPage));
   if (!rows.ok()) return rows.status();
   std::vector<Listed> page;
   for (int row = 0; row < rows->count(); ++row)
@@ -65,7 +64,7 @@ absl::StatusOr<std::string> ReadBytes(Database* database, ObjectStore* objects, 
   }
   absl::StatusOr<Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  const absl::StatusOr<Rows> rows = transaction->ExecuteBinary(kSelectBytes, Params().Digest(blob.sha256));
+  const absl::StatusOr<Rows> rows = transaction->ExecuteBinary(kSelectBlobBytes, Params().Digest(blob.sha256));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0 || rows->IsNull(0, 0)) return absl::NotFoundError("no bytes in the row");
   return rows->Checked(rows->Bytes(0, 0));
@@ -188,7 +187,7 @@ absl::StatusOr<std::vector<StoreUse>> ReadStoreUse(Transaction& transaction) {
 absl::Status AddUpStoreUse(Transaction& transaction) { return transaction.Execute(kAddUpUse).status(); }
 
 absl::StatusOr<std::vector<BlobDamage>> ListDamages(Transaction& transaction, int limit) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDamages, Params().Int(limit));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlobDamages, Params().Int(limit));
   if (!rows.ok()) return rows.status();
   std::vector<BlobDamage> damages;
   for (int row = 0; row < rows->count(); ++row) {

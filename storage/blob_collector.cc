@@ -13,7 +13,7 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr int kBatch = 200;
+constexpr int kCollectedAtOnce = 200;
 
 // The conditions of BlobConditions::unreferenced come between the parts.
 constexpr char kSelectCandidates[] =
@@ -24,9 +24,9 @@ constexpr char kInOrder[] = " ORDER BY b.sha256 LIMIT $3";
 constexpr char kLocked[] = " FOR UPDATE OF b SKIP LOCKED";
 // A statement of its own, so that it sees what was committed before the locks were had.
 constexpr char kDeleteRows[] = "DELETE FROM blobs b WHERE b.sha256 = ANY ($1::bytea[])";
-constexpr char kReturning[] =
+constexpr char kReturningDeletedRows[] =
     " RETURNING b.sha256, b.size_bytes, b.store, b.deleted_at IS NULL, coalesce(b.object_id::text, '')";
-constexpr char kForgetLoose[] =
+constexpr char kForgetCollected[] =
     "DELETE FROM loose_blobs l WHERE l.sha256 = ANY ($1::bytea[]) "
     "AND NOT EXISTS (SELECT 1 FROM blobs b WHERE b.sha256 = l.sha256)";
 constexpr char kSelectClaimed[] =
@@ -51,10 +51,10 @@ absl::StatusOr<Batch> CollectRows(Database* database, const CollectOptions& opti
   if (!transaction.ok()) return transaction.status();
   const absl::StatusOr<BlobConditions> conditions = ReadBlobConditions(*transaction);
   if (!conditions.ok()) return conditions.status();
-  const absl::StatusOr<Rows> candidates =
-      transaction->Execute(kSelectCandidates + std::string(options.part ? kAmongLoose : "") + conditions->unreferenced +
-                               kInOrder + (options.dry_run ? "" : kLocked),
-                           Params().Digest(after_sha256).Real(static_cast<double>(options.grace.count())).Int(kBatch));
+  const absl::StatusOr<Rows> candidates = transaction->Execute(
+      kSelectCandidates + std::string(options.part ? kAmongLoose : "") + conditions->unreferenced + kInOrder +
+          (options.dry_run ? "" : kLocked),
+      Params().Digest(after_sha256).Real(static_cast<double>(options.grace.count())).Int(kCollectedAtOnce));
   if (!candidates.ok()) return candidates.status();
   Batch batch;
   std::vector<std::string> digests;
@@ -68,9 +68,9 @@ absl::StatusOr<Batch> CollectRows(Database* database, const CollectOptions& opti
   if (digests.empty()) return batch;
   if (absl::Status announced = AnnounceBlobChange(*transaction, "collect"); !announced.ok()) return announced;
   const absl::StatusOr<Rows> gone =
-      transaction->Execute(kDeleteRows + conditions->unreferenced + kReturning, Params().Digests(digests));
+      transaction->Execute(kDeleteRows + conditions->unreferenced + kReturningDeletedRows, Params().Digests(digests));
   if (!gone.ok()) return gone.status();
-  const absl::StatusOr<Rows> forgotten = transaction->Execute(kForgetLoose, Params().Digests(digests));
+  const absl::StatusOr<Rows> forgotten = transaction->Execute(kForgetCollected, Params().Digests(digests));
   if (!forgotten.ok()) return forgotten.status();
   if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
   Count(*gone, collected);

@@ -14,7 +14,6 @@ namespace {
 constexpr char kSelectRow[] = SIXPOINT_BLOB_COLUMNS;
 constexpr char kHoldRow[] = SIXPOINT_BLOB_COLUMNS " FOR KEY SHARE";
 #undef SIXPOINT_BLOB_COLUMNS
-constexpr char kSelectBytes[] = "SELECT bytes FROM blobs WHERE sha256 = $1";
 constexpr char kInsertRow[] =
     "INSERT INTO blobs (sha256, size_bytes, bytes, store, object_id) VALUES ($1, $2, $3, $4, $5) "
     "ON CONFLICT (sha256) DO NOTHING";
@@ -23,9 +22,10 @@ constexpr char kRestoreRow[] =
     "WHERE sha256 = $1 AND bytes IS NULL";
 constexpr char kAnnounce[] = "SELECT set_config('sixpoint.blob_change', $1, true)";
 // A row that is found and then collected is put again; twice in a row is not chance.
-constexpr int kAttempts = 5;
+constexpr int kPutAttempts = 5;
 
-absl::StatusOr<std::optional<BlobRow>> ReadRow(Transaction& transaction, const char* sql, const std::string& sha256) {
+absl::StatusOr<std::optional<BlobRow>> ReadBlobRow(Transaction& transaction, const char* sql,
+                                                   const std::string& sha256) {
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Digest(sha256));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
@@ -61,11 +61,11 @@ absl::Status RestoreRow(Transaction& transaction, const StagedBlob& blob) {
 }  // namespace
 
 absl::StatusOr<std::optional<BlobRow>> FindBlobRow(Transaction& transaction, const std::string& sha256) {
-  return ReadRow(transaction, kSelectRow, sha256);
+  return ReadBlobRow(transaction, kSelectRow, sha256);
 }
 
 absl::StatusOr<std::optional<BlobRow>> HoldBlobRow(Transaction& transaction, const std::string& sha256) {
-  return ReadRow(transaction, kHoldRow, sha256);
+  return ReadBlobRow(transaction, kHoldRow, sha256);
 }
 
 absl::Status AnnounceBlobChange(Transaction& transaction, const std::string& purpose) {
@@ -76,7 +76,7 @@ absl::Status PutBlobRow(Transaction& transaction, const StagedBlob& blob) {
   Params params;
   params.Digest(blob.sha256).Int(static_cast<std::int64_t>(blob.bytes.size()));
   AddHolder(blob, &params);
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+  for (int attempt = 0; attempt < kPutAttempts; ++attempt) {
     const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRow, params);
     if (!inserted.ok()) return inserted.status();
     if (inserted->affected() == 1) return absl::OkStatus();
@@ -118,7 +118,7 @@ absl::StatusOr<FoundBlob> FindBlob(Transaction& transaction, const std::string& 
     if (!row->has_value()) return absl::NotFoundError("blob " + sha256 + ": not stored");
     if ((*row)->deleted_at) return BytesDeleted("blob " + sha256, *(*row)->deleted_at, (*row)->deletion_reason);
     if ((*row)->store != kStorePostgresql) return FoundBlob{std::nullopt, **std::move(row)};
-    const absl::StatusOr<Rows> rows = transaction.ExecuteBinary(kSelectBytes, Params().Digest(sha256));
+    const absl::StatusOr<Rows> rows = transaction.ExecuteBinary(kSelectBlobBytes, Params().Digest(sha256));
     if (!rows.ok()) return rows.status();
     if (rows->count() == 0 || rows->IsNull(0, 0)) continue;
     absl::StatusOr<std::string> bytes = Verified(sha256, rows->Bytes(0, 0));

@@ -18,6 +18,8 @@ namespace sixpoint::storage {
 
 inline constexpr char kStorePostgresql[] = "postgresql";
 inline constexpr char kStoreS3[] = "s3";
+// NULL where an object store holds them.
+inline constexpr char kSelectBlobBytes[] = "SELECT bytes FROM blobs WHERE sha256 = $1";
 
 struct BlobRow {
   std::int64_t size_bytes = 0;

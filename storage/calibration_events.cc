@@ -5,7 +5,7 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr char kInsertEvent[] =
+constexpr char kInsertCalibrationEvent[] =
     "INSERT INTO calibration_events (calibration_id, event, reason, requested_by, software_version, record_id) "
     "VALUES ($1, $2, $3, $4, $5, $6)";
 
@@ -22,13 +22,14 @@ absl::StatusOr<Recorded> InsertEvent(Transaction& transaction, const Calibration
   entry.summary_json = nlohmann::json{{"reason", event.reason}}.dump();
   entry.request = request;
   const std::string record_id = NewUuid();
-  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertEvent, Params()
-                                                                              .Uuid(calibration.calibration_id)
-                                                                              .Text(event_name)
-                                                                              .Text(event.reason)
-                                                                              .Text(event.requested_by)
-                                                                              .Text(event.software_version)
-                                                                              .Uuid(record_id));
+  const absl::StatusOr<Rows> inserted =
+      transaction.Execute(kInsertCalibrationEvent, Params()
+                                                       .Uuid(calibration.calibration_id)
+                                                       .Text(event_name)
+                                                       .Text(event.reason)
+                                                       .Text(event.requested_by)
+                                                       .Text(event.software_version)
+                                                       .Uuid(record_id));
   if (!inserted.ok()) return inserted.status();
   return AppendRecord(transaction, record_id, entry);
 }

@@ -11,7 +11,7 @@ namespace sixpoint::storage {
 namespace {
 
 // The calibration as it reads in this transaction: its state depends on what else there is.
-absl::StatusOr<CalibrationRow> ReadAgain(Transaction& transaction, const std::string& calibration_id) {
+absl::StatusOr<CalibrationRow> ReadCalibrationAgain(Transaction& transaction, const std::string& calibration_id) {
   absl::StatusOr<std::optional<CalibrationRow>> found = FindCalibration(transaction, calibration_id);
   if (!found.ok()) return found.status();
   if (!found->has_value()) return absl::DataLossError("calibration " + calibration_id + ": not stored");
@@ -34,7 +34,7 @@ absl::StatusOr<CalibrationRow> Decide(Transaction& transaction, const RecordedRe
                                          ": decided by another call meanwhile; look at it and try again"),
                       kCalibrationDecidedMeanwhile);
   if (!recorded.ok()) return recorded.status();
-  return ReadAgain(transaction, decision.calibration_id);
+  return ReadCalibrationAgain(transaction, decision.calibration_id);
 }
 
 // What calibrations/{id} is, and what releases/{id} and withdrawals/{id} are of.
@@ -112,7 +112,7 @@ class PostgresCalibrations final : public CalibrationStore {
       calibration.request_sha256 = *std::move(sha256);
       const absl::StatusOr<Recorded> recorded = InsertCalibration(transaction, calibration, kept);
       if (!recorded.ok()) return recorded.status();
-      return ReadAgain(transaction, calibration.calibration_id);
+      return ReadCalibrationAgain(transaction, calibration.calibration_id);
     };
     return RecordOnce<CalibrationRow>(*database_, request, deadline, FindNamed, store);
   }

@@ -29,9 +29,9 @@ namespace {
   "point_c_standard_uncertainty_mm, noise_um, residual_rms_um, check_rms_um, check_count, condition_number, axes, " \
   "degrees_of_freedom, linear_response"
 
-constexpr char kInsertHead[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS
-                               ", axis) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, "
-                               "$15, $16::jsonb, $17)";
+constexpr char kInsertCalibration[] = "INSERT INTO calibrations (" SIXPOINT_HEAD_COLUMNS
+                                      ", axis) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, "
+                                      "$15, $16::jsonb, $17)";
 constexpr char kInsertSensor[] = "INSERT INTO sensor_calibrations (" SIXPOINT_SENSOR_COLUMNS
                                  ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
                                  "$16, $17, $18, $19, $20, $21, $22, $23, $24::jsonb, $25)";
@@ -50,7 +50,7 @@ constexpr char kInsertPoses[] =
     "$6::double precision[]) WITH ORDINALITY AS pose (a_deg, b_deg, distance_um, held_out, before_um, position)";
 
 constexpr char kSelectHead[] = SIXPOINT_SELECT_HEADS "calibration_id = $1";
-constexpr char kSelectInForce[] = SIXPOINT_SELECT_HEADS
+constexpr char kSelectCalibrationInForce[] = SIXPOINT_SELECT_HEADS
     "calibration_id = (SELECT f.calibration_id FROM calibration_forces f "
     "WHERE f.machine_id = $1 AND f.kind = $2 AND f.axis = $3 AND f.valid_from <= $4 AND $4 < f.valid_until "
     "ORDER BY f.force_sequence DESC LIMIT 1)";
@@ -74,11 +74,11 @@ constexpr char kSelectStates[] =
     "WHERE f.machine_id = c.machine_id AND f.kind = c.kind AND f.axis = COALESCE(c.axis, '') "
     "AND f.valid_from <= $2 AND $2 < f.valid_until "
     "ORDER BY f.force_sequence DESC LIMIT 1) FROM calibrations c WHERE c.calibration_id = ANY ($1::uuid[])";
-constexpr char kSelectEvents[] =
+constexpr char kSelectCalibrationEvents[] =
     "SELECT calibration_id, event, reason, name_of(requested_by), software_version, record_sequence, recorded_at "
     "FROM calibration_events e JOIN record_names n ON n.record_id = e.record_id WHERE calibration_id = ANY "
     "($1::uuid[])";
-constexpr char kSelectPage[] = SIXPOINT_SELECT_HEADS
+constexpr char kSelectCalibrations[] = SIXPOINT_SELECT_HEADS
     "($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3 = '' OR axis = $3) "
     "AND ($4 = '' OR $4 = calibration_state(c.calibration_id, $5::timestamptz)) "
     "AND ($6::timestamptz IS NULL OR recorded_at >= $6) AND ($7::timestamptz IS NULL OR recorded_at < $7) "
@@ -211,7 +211,7 @@ Params KeyOf(const CalibrationSubject& subject) {
 absl::Status ReadStates(Transaction& transaction, Instant now, std::vector<CalibrationRow>* calibrations) {
   std::vector<std::string> ids;
   for (const CalibrationRow& c : *calibrations) ids.push_back(c.calibration_id);
-  const absl::StatusOr<Rows> events = transaction.Execute(kSelectEvents, Params().Uuids(ids));
+  const absl::StatusOr<Rows> events = transaction.Execute(kSelectCalibrationEvents, Params().Uuids(ids));
   if (!events.ok()) return events.status();
   const absl::StatusOr<Rows> in_force = transaction.Execute(kSelectStates, Params().Uuids(ids).Time(now));
   if (!in_force.ok()) return in_force.status();
@@ -318,7 +318,7 @@ absl::StatusOr<Recorded> InsertCalibration(Transaction& transaction, const Calib
       .OptionalReal(c.environment.temperature_standard_uncertainty_c);
   head.OptionalReal(c.environment.humidity_percent).Text(c.environment.note).OptionalText(c.judgements_json);
   c.axis ? head.Text(c.axis->axis) : head.Null();
-  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertHead, head);
+  const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertCalibration, head);
   if (!inserted.ok()) return inserted.status();
   const absl::Status result = c.sensor  ? InsertSensor(transaction, c.calibration_id, *c.sensor)
                               : c.probe ? InsertProbe(transaction, c.calibration_id, *c.probe)
@@ -336,7 +336,7 @@ absl::StatusOr<std::optional<CalibrationRow>> FindCalibration(Transaction& trans
 
 absl::StatusOr<std::optional<CalibrationRow>> CalibrationInForce(Transaction& transaction,
                                                                  const CalibrationSubject& subject, Instant at) {
-  return FindOne(transaction, kSelectInForce, KeyOf(subject).Time(at), at);
+  return FindOne(transaction, kSelectCalibrationInForce, KeyOf(subject).Time(at), at);
 }
 
 absl::StatusOr<std::optional<CalibrationRow>> WithdrawnCalibration(Transaction& transaction,
@@ -359,7 +359,7 @@ absl::StatusOr<std::vector<CalibrationRow>> ListCalibrations(Transaction& transa
   Params params = KeyOf(filter.subject);
   params.Text(filter.state ? StateText(*filter.state) : "").Time(*now);
   AddSpan(filter.recorded, &params);
-  const absl::StatusOr<Rows> heads = transaction.Execute(kSelectPage, params.Int(before_sequence).Int(limit));
+  const absl::StatusOr<Rows> heads = transaction.Execute(kSelectCalibrations, params.Int(before_sequence).Int(limit));
   if (!heads.ok()) return heads.status();
   absl::StatusOr<std::vector<CalibrationRow>> found = ReadCalibrations(transaction, *heads, *now);
   if (!found.ok() || !filter.with_residuals) return found;

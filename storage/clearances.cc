@@ -8,20 +8,21 @@ namespace sixpoint::storage {
 namespace {
 
 // Under the lock of a holder and scope the newest event is the newest for whoever waits for it.
-constexpr char kLock[] = "SELECT pg_advisory_xact_lock(hashtextextended('clearances/' || pseudonym_of($1) || $2, 0))";
+constexpr char kLockClearance[] =
+    "SELECT pg_advisory_xact_lock(hashtextextended('clearances/' || pseudonym_of($1) || $2, 0))";
 constexpr char kSelectRequest[] =
     "SELECT holder = clearance_holder($2) AND scope = $3 AND granted = $4::boolean FROM clearance_events "
     "WHERE request_id = $1::uuid";
-constexpr char kInsert[] =
+constexpr char kInsertClearanceEvent[] =
     "INSERT INTO clearance_events (event_id, holder, scope, granted, took_effect, requested_by, request_id) VALUES "
     "($1, "
     "$2, $3, $4::boolean, $5::boolean, $6, $7::uuid)";
 #define SIXPOINT_SELECT_CLEARANCES                                                                   \
   "SELECT name_of(holder), scope, granted_sequence, granted_at, name_of(granted_by), withdrawn_at, " \
   "name_of(withdrawn_by) FROM clearances WHERE "
-constexpr char kSelectNewest[] =
+constexpr char kSelectNewestClearance[] =
     SIXPOINT_SELECT_CLEARANCES "holder = clearance_holder($1) AND scope = $2 ORDER BY granted_sequence DESC LIMIT 1";
-constexpr char kSelectPage[] = SIXPOINT_SELECT_CLEARANCES
+constexpr char kSelectClearances[] = SIXPOINT_SELECT_CLEARANCES
     "($1 = '' OR holder = clearance_holder($1)) AND ($2 = '' OR scope = $2) AND ($3::boolean OR withdrawn_at IS NULL) "
     "AND ($4::bigint = 0 OR granted_sequence < $4::bigint) ORDER BY granted_sequence DESC LIMIT $5";
 #undef SIXPOINT_SELECT_CLEARANCES
@@ -59,7 +60,8 @@ std::vector<ClearanceRow> ReadClearances(const Rows& rows) {
 }
 
 absl::StatusOr<std::optional<ClearanceRow>> Newest(Transaction& transaction, const ClearanceOrder& order) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectNewest, Params().Text(order.holder).Text(order.scope));
+  const absl::StatusOr<Rows> rows =
+      transaction.Execute(kSelectNewestClearance, Params().Text(order.holder).Text(order.scope));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
   return rows->Checked(std::optional(ReadClearances(*rows).front()));
@@ -80,7 +82,8 @@ absl::StatusOr<bool> WasRecorded(Transaction& transaction, const ClearanceOrder&
 // What stands then; none: nothing was there to withdraw.
 absl::StatusOr<std::optional<ClearanceRow>> Decide(Transaction& transaction, const ClearanceOrder& order,
                                                    bool granted) {
-  const absl::StatusOr<Rows> locked = transaction.Execute(kLock, Params().Text(order.holder).Text(order.scope));
+  const absl::StatusOr<Rows> locked =
+      transaction.Execute(kLockClearance, Params().Text(order.holder).Text(order.scope));
   if (!locked.ok()) return locked.status();
   const absl::StatusOr<bool> before = WasRecorded(transaction, order, granted);
   if (!before.ok()) return before.status();
@@ -91,7 +94,8 @@ absl::StatusOr<std::optional<ClearanceRow>> Decide(Transaction& transaction, con
   Params params;
   params.Uuid(NewUuid()).Text(order.holder).Text(order.scope).Bool(granted).Bool(holds != granted);
   params.Text(order.requested_by).Text(order.request_id);
-  if (const auto inserted = transaction.Execute(kInsert, params); !inserted.ok()) return inserted.status();
+  if (const auto inserted = transaction.Execute(kInsertClearanceEvent, params); !inserted.ok())
+    return inserted.status();
   return Newest(transaction, order);
 }
 
@@ -125,7 +129,7 @@ absl::StatusOr<std::vector<ClearanceRow>> ListClearances(Transaction& transactio
                                                          std::int64_t before_sequence, int limit) {
   Params params;
   params.Text(filter.holder).Text(filter.scope).Bool(filter.withdrawn_too).Int(before_sequence).Int(limit);
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPage, params);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectClearances, params);
   if (!rows.ok()) return rows.status();
   return rows->Checked(ReadClearances(*rows));
 }

@@ -10,7 +10,7 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr char kInsertEvent[] =
+constexpr char kInsertCorrectionEvent[] =
     "INSERT INTO correction_events (correction_id, event, reason, requested_by, software_version, record_id) "
     "VALUES ($1, $2, $3, $4, $5, $6)";
 constexpr char kInsertCuts[] =
@@ -64,7 +64,7 @@ absl::StatusOr<CorrectionRow> FindChecked(Transaction& transaction, const std::s
   return **std::move(found);
 }
 
-absl::StatusOr<CorrectionRow> ReadAgain(Transaction& transaction, const std::string& id) {
+absl::StatusOr<CorrectionRow> ReadCorrectionAgain(Transaction& transaction, const std::string& id) {
   FoundCorrection found = FindCorrection(transaction, id);
   if (!found.ok()) return found.status();
   if (!found->has_value()) return absl::DataLossError("correction " + id + ": not stored");
@@ -126,20 +126,20 @@ class PostgresCorrectionEvents final : public CorrectionEventStore {
       const auto correction = FindChecked(transaction, id, decision.requested_by, decision.check);
       if (!correction.ok()) return correction.status();
       const std::string record_id = NewUuid();
-      const auto inserted = transaction.Execute(kInsertEvent, Params()
-                                                                  .Uuid(id)
-                                                                  .Text(decision.event)
-                                                                  .Text(decision.reason)
-                                                                  .Text(decision.requested_by)
-                                                                  .Text(decision.software_version)
-                                                                  .Uuid(record_id));
+      const auto inserted = transaction.Execute(kInsertCorrectionEvent, Params()
+                                                                            .Uuid(id)
+                                                                            .Text(decision.event)
+                                                                            .Text(decision.reason)
+                                                                            .Text(decision.requested_by)
+                                                                            .Text(decision.software_version)
+                                                                            .Uuid(record_id));
       if (!inserted.ok()) return Meanwhile(inserted.status(), id);
       const std::string kind = decision.event == "RELEASED" ? "release" : "refusal";
       const auto recorded = AppendRecord(transaction, record_id,
                                          EntryOf(kind, kind + "s/" + id, *correction, decision.requested_by,
                                                  decision.software_version, {{"reason", decision.reason}}, request));
       if (!recorded.ok()) return recorded.status();
-      return ReadAgain(transaction, id);
+      return ReadCorrectionAgain(transaction, id);
     };
     return RecordOnce<CorrectionRow>(*database_, request, deadline, FindOfDecision, decide);
   }
@@ -165,7 +165,7 @@ class PostgresCorrectionEvents final : public CorrectionEventStore {
                                   {{"hole_count", report.holes.size()}}, request);
       entry.measured_at = report.cut_at;
       if (const auto recorded = AppendRecord(transaction, record_id, entry); !recorded.ok()) return recorded.status();
-      return ReadAgain(transaction, id);
+      return ReadCorrectionAgain(transaction, id);
     };
     return RecordOnce<CorrectionRow>(*database_, request, deadline, FindOfReport, store);
   }

@@ -12,9 +12,10 @@ namespace {
   "tips_mm, nominal_tips_mm, commanded_deg, nominal_deg, reached_deg, tilts_deg, standard_uncertainties_deg, "      \
   "expanded_uncertainties_um, greatest_chord_um, greatest_axis_deviation_deg, adapted_shift_mm, adapted_turn_deg, " \
   "shape_gouge_um, shape_rest_um, deepest_compensation_um"
-constexpr char kInsert[] = "INSERT INTO correction_tool_paths (correction_id, group_name, " SIXPOINT_TOOL_PATH_COLUMNS
-                           ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17)";
-constexpr char kSelect[] =
+constexpr char kInsertToolPath[] =
+    "INSERT INTO correction_tool_paths (correction_id, group_name, " SIXPOINT_TOOL_PATH_COLUMNS
+    ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17)";
+constexpr char kSelectToolPaths[] =
     "SELECT group_name, " SIXPOINT_TOOL_PATH_COLUMNS " FROM correction_tool_paths WHERE correction_id = $1";
 #undef SIXPOINT_TOOL_PATH_COLUMNS
 
@@ -88,12 +89,12 @@ absl::Status InsertCorrectionToolPath(Transaction& transaction, const std::strin
         .OptionalReal(adapted->deepest_compensation_um);
   else
     params.Null().Null().Null().Null().Null();
-  return transaction.Execute(kInsert, params).status();
+  return transaction.Execute(kInsertToolPath, params).status();
 }
 
 absl::StatusOr<std::map<std::string, CorrectionToolPathRow>> CorrectionToolPathsOf(Transaction& transaction,
                                                                                    const std::string& correction_id) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelect, Params().Uuid(correction_id));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectToolPaths, Params().Uuid(correction_id));
   if (!rows.ok()) return rows.status();
   std::map<std::string, CorrectionToolPathRow> paths;
   for (int row = 0; row < rows->count(); ++row) {

@@ -37,11 +37,11 @@ constexpr char kListCorrections[] = SIXPOINT_SELECT_CORRECTIONS SIXPOINT_RESULT_
                                  "LIMIT $12";
 #undef SIXPOINT_SELECT_CORRECTIONS
 #undef SIXPOINT_CORRECTION_COLUMNS
-constexpr char kInsertGroup[] =
+constexpr char kInsertCorrectionGroup[] =
     "INSERT INTO correction_groups (correction_id, position_index, group_name, a_deg, b_deg, a_nominal_deg, "
     "b_nominal_deg, a_ideal_deg, b_ideal_deg, a_standard_uncertainty_deg, b_standard_uncertainty_deg, a_reached_deg, "
     "b_reached_deg, tilt_deg) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
-constexpr char kInsertHoles[] =
+constexpr char kInsertCorrectionHoles[] =
     "INSERT INTO correction_holes (correction_id, group_name, position_index, hole_name, start_x_mm, start_y_mm, "
     "start_z_mm, nominal_start_x_mm, nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um, budget_um) "
     "SELECT $1::uuid, $2::text, (position - 1)::integer, hole, x, y, z, nominal_x, nominal_y, nominal_z, uncertainty, "
@@ -52,18 +52,18 @@ constexpr char kInsertHoles[] =
 constexpr char kInsertCheck[] =
     "INSERT INTO correction_checks (correction_id, position_index, kind, subject, value, limit_value, passed, "
     "failed_count) VALUES ($1, $2, $3, $4, $5, $6, $7, $8)";
-constexpr char kSelectChecks[] =
+constexpr char kSelectCorrectionChecks[] =
     "SELECT correction_id, kind, subject, value, limit_value, passed, failed_count FROM correction_checks "
     "WHERE correction_id = ANY ($1::uuid[]) ORDER BY correction_id, position_index";
 constexpr char kSelectDecisions[] =
     "SELECT correction_id, event, reason, name_of(requested_by), recorded_at FROM correction_events "
     "JOIN record_names USING (record_id) WHERE correction_id = ANY ($1::uuid[])";
-constexpr char kSelectGroups[] =
+constexpr char kSelectCorrectionGroups[] =
     "SELECT correction_id, group_name, a_deg, b_deg, a_nominal_deg, b_nominal_deg, a_ideal_deg, b_ideal_deg, "
     "a_standard_uncertainty_deg, b_standard_uncertainty_deg, a_reached_deg, b_reached_deg, tilt_deg FROM "
     "correction_groups "
     "WHERE correction_id = ANY ($1::uuid[]) ORDER BY correction_id, position_index";
-constexpr char kSelectHoles[] =
+constexpr char kSelectCorrectionHoles[] =
     "SELECT h.correction_id, h.group_name, h.hole_name, start_x_mm, start_y_mm, start_z_mm, nominal_start_x_mm, "
     "nominal_start_y_mm, nominal_start_z_mm, expanded_uncertainty_um, n.recorded_at, budget_um FROM "
     "correction_holes h "
@@ -180,7 +180,7 @@ absl::Status InsertGroup(Transaction& transaction, const std::string& id, int po
   params.Real(group.a_standard_uncertainty_deg).Real(group.b_standard_uncertainty_deg);
   group.reached_deg ? params.Real((*group.reached_deg)[0]).Real((*group.reached_deg)[1]) : params.Null().Null();
   group.tilt_deg.has_value() ? params.Real(*group.tilt_deg) : params.Null();
-  if (const auto stored = transaction.Execute(kInsertGroup, params); !stored.ok()) return stored.status();
+  if (const auto stored = transaction.Execute(kInsertCorrectionGroup, params); !stored.ok()) return stored.status();
   std::vector<std::string> names, budgets;
   std::array<std::vector<double>, 6> coordinates;  // x, y, z of the starts, and of the nominal ones
   std::vector<double> uncertainties;
@@ -196,7 +196,7 @@ absl::Status InsertGroup(Transaction& transaction, const std::string& id, int po
   Params holes;
   holes.Uuid(id).Text(group.group_name).Texts(names);
   for (const std::vector<double>& values : coordinates) holes.Reals(values);
-  const auto stored = transaction.Execute(kInsertHoles, holes.Reals(uncertainties).Texts(budgets));
+  const auto stored = transaction.Execute(kInsertCorrectionHoles, holes.Reals(uncertainties).Texts(budgets));
   if (!stored.ok() || !group.path) return stored.status();
   return InsertCorrectionToolPath(transaction, id, group.group_name, *group.path);
 }
@@ -206,32 +206,33 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* 
   const ParentRows<CorrectionRow> parents(corrections, &CorrectionRow::correction_id);
   if (parents.ids().empty()) return absl::OkStatus();
   const Params ids = Params().Uuids(parents.ids());
-  const absl::Status groups =
-      parents.Add(transaction.Execute(kSelectGroups, ids), [](CorrectionRow& correction, const Rows& rows, int row) {
-        CorrectionGroupRow& group = correction.groups.emplace_back();
-        group.group_name = rows.Text(row, 1);
-        group.a_deg = rows.Real(row, 2);
-        group.b_deg = rows.Real(row, 3);
-        group.a_nominal_deg = rows.Real(row, 4);
-        group.b_nominal_deg = rows.Real(row, 5);
-        group.a_ideal_deg = rows.Real(row, 6);
-        group.b_ideal_deg = rows.Real(row, 7);
-        group.a_standard_uncertainty_deg = rows.Real(row, 8);
-        group.b_standard_uncertainty_deg = rows.Real(row, 9);
-        if (!rows.IsNull(row, 10)) group.reached_deg = {rows.Real(row, 10), rows.Real(row, 11)};
-        if (!rows.IsNull(row, 12)) group.tilt_deg = rows.Real(row, 12);
-      });
+  const absl::Status groups = parents.Add(transaction.Execute(kSelectCorrectionGroups, ids),
+                                          [](CorrectionRow& correction, const Rows& rows, int row) {
+                                            CorrectionGroupRow& group = correction.groups.emplace_back();
+                                            group.group_name = rows.Text(row, 1);
+                                            group.a_deg = rows.Real(row, 2);
+                                            group.b_deg = rows.Real(row, 3);
+                                            group.a_nominal_deg = rows.Real(row, 4);
+                                            group.b_nominal_deg = rows.Real(row, 5);
+                                            group.a_ideal_deg = rows.Real(row, 6);
+                                            group.b_ideal_deg = rows.Real(row, 7);
+                                            group.a_standard_uncertainty_deg = rows.Real(row, 8);
+                                            group.b_standard_uncertainty_deg = rows.Real(row, 9);
+                                            if (!rows.IsNull(row, 10))
+                                              group.reached_deg = {rows.Real(row, 10), rows.Real(row, 11)};
+                                            if (!rows.IsNull(row, 12)) group.tilt_deg = rows.Real(row, 12);
+                                          });
   if (!groups.ok()) return groups;
-  const absl::Status checks =
-      parents.Add(transaction.Execute(kSelectChecks, ids), [](CorrectionRow& correction, const Rows& rows, int row) {
-        CorrectionCheckRow& check = correction.checks.emplace_back();
-        check.kind = rows.Text(row, 1);
-        check.subject = rows.Text(row, 2);
-        if (!rows.IsNull(row, 3)) check.value = rows.Real(row, 3);
-        check.limit = rows.Real(row, 4);
-        check.passed = rows.Bool(row, 5);
-        check.failed_count = static_cast<int>(rows.Int(row, 6));
-      });
+  const absl::Status checks = parents.Add(transaction.Execute(kSelectCorrectionChecks, ids),
+                                          [](CorrectionRow& correction, const Rows& rows, int row) {
+                                            CorrectionCheckRow& check = correction.checks.emplace_back();
+                                            check.kind = rows.Text(row, 1);
+                                            check.subject = rows.Text(row, 2);
+                                            if (!rows.IsNull(row, 3)) check.value = rows.Real(row, 3);
+                                            check.limit = rows.Real(row, 4);
+                                            check.passed = rows.Bool(row, 5);
+                                            check.failed_count = static_cast<int>(rows.Int(row, 6));
+                                          });
   if (!checks.ok()) return checks;
   const absl::Status decisions =
       parents.Add(transaction.Execute(kSelectDecisions, ids), [](CorrectionRow& correction, const Rows& rows, int row) {
@@ -239,18 +240,19 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* 
             CorrectionDecisionRow{rows.Text(row, 2), rows.Text(row, 3), rows.Time(row, 4)};
       });
   if (!decisions.ok()) return decisions;
-  return parents.Add(transaction.Execute(kSelectHoles, ids), [](CorrectionRow& correction, const Rows& rows, int row) {
-    for (CorrectionGroupRow& group : correction.groups) {
-      if (group.group_name != rows.Text(row, 1)) continue;
-      CorrectionHoleRow& hole = group.holes.emplace_back();
-      hole.hole_name = rows.Text(row, 2);
-      hole.start_mm = {rows.Real(row, 3), rows.Real(row, 4), rows.Real(row, 5)};
-      hole.nominal_start_mm = {rows.Real(row, 6), rows.Real(row, 7), rows.Real(row, 8)};
-      hole.expanded_uncertainty_um = rows.Real(row, 9);
-      if (!rows.IsNull(row, 10)) hole.reported_cut_at = rows.Time(row, 10);
-      if (!rows.IsNull(row, 11)) hole.budget_um = rows.Reals(row, 11);
-    }
-  });
+  return parents.Add(transaction.Execute(kSelectCorrectionHoles, ids),
+                     [](CorrectionRow& correction, const Rows& rows, int row) {
+                       for (CorrectionGroupRow& group : correction.groups) {
+                         if (group.group_name != rows.Text(row, 1)) continue;
+                         CorrectionHoleRow& hole = group.holes.emplace_back();
+                         hole.hole_name = rows.Text(row, 2);
+                         hole.start_mm = {rows.Real(row, 3), rows.Real(row, 4), rows.Real(row, 5)};
+                         hole.nominal_start_mm = {rows.Real(row, 6), rows.Real(row, 7), rows.Real(row, 8)};
+                         hole.expanded_uncertainty_um = rows.Real(row, 9);
+                         if (!rows.IsNull(row, 10)) hole.reported_cut_at = rows.Time(row, 10);
+                         if (!rows.IsNull(row, 11)) hole.budget_um = rows.Reals(row, 11);
+                       }
+                     });
 }
 
 absl::StatusOr<std::vector<CorrectionRow>> ReadCorrections(Transaction& transaction, const char* sql,

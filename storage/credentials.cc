@@ -3,8 +3,8 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr char kForget[] = "DELETE FROM credential_offers WHERE expires_at <= clock_timestamp()";
-constexpr char kCount[] = "SELECT count(*) FROM credential_offers";
+constexpr char kForgetOffers[] = "DELETE FROM credential_offers WHERE expires_at <= clock_timestamp()";
+constexpr char kCountOffers[] = "SELECT count(*) FROM credential_offers";
 constexpr char kKeepOffer[] =
     "INSERT INTO credential_offers (pickup_sha256, sealed, identity, offered_by, expires_at) VALUES ($1, $2, $3, $4, "
     "clock_timestamp() + make_interval(hours => $5::integer)) "
@@ -25,8 +25,8 @@ constexpr std::int64_t kMostOffers = 1000;
 }  // namespace
 
 absl::StatusOr<Instant> KeepOffer(Transaction& transaction, const CredentialOffer& offer) {
-  if (const auto forgotten = transaction.Execute(kForget); !forgotten.ok()) return forgotten.status();
-  const absl::StatusOr<Rows> waiting = transaction.Execute(kCount);
+  if (const auto forgotten = transaction.Execute(kForgetOffers); !forgotten.ok()) return forgotten.status();
+  const absl::StatusOr<Rows> waiting = transaction.Execute(kCountOffers);
   if (!waiting.ok()) return waiting.status();
   if (waiting->Int(0, 0) >= kMostOffers)
     return absl::ResourceExhaustedError("credentials: " + std::to_string(kMostOffers) +

@@ -5,11 +5,11 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr char kInsert[] =
+constexpr char kInsertDenial[] =
     "INSERT INTO denials (denial_id, area, method, caller, peer_address, reason, sentence, denied_count, "
     "first_denied_at, "
     "last_denied_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)";
-constexpr char kSelect[] =
+constexpr char kSelectDenials[] =
     "SELECT area, method, name_of(caller), peer_address, reason, sentence, denied_count, first_denied_at, "
     "last_denied_at "
     "FROM denials ORDER BY denial_id DESC LIMIT $1";
@@ -33,13 +33,13 @@ absl::Status AppendDenials(Transaction& transaction, std::vector<Denial> denials
     params.Uuid(NewUuid()).Text(Cut(denial.area, 64)).Text(Cut(denial.method, 200)).Text(Cut(denial.caller, 200));
     params.Text(Cut(denial.peer_address, 200)).Text(Cut(denial.reason, 64)).Text(Cut(denial.sentence, 1000));
     params.Int(denial.count).Time(denial.first_denied_at).Time(denial.last_denied_at);
-    if (const auto inserted = transaction.Execute(kInsert, params); !inserted.ok()) return inserted.status();
+    if (const auto inserted = transaction.Execute(kInsertDenial, params); !inserted.ok()) return inserted.status();
   }
   return absl::OkStatus();
 }
 
 absl::StatusOr<std::vector<Denial>> NewestDenials(Transaction& transaction, int limit) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelect, Params().Int(limit));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDenials, Params().Int(limit));
   if (!rows.ok()) return rows.status();
   std::vector<Denial> denials;
   for (int row = 0; row < rows->count(); ++row) {

@@ -9,14 +9,14 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr char kInsertRegion[] =
+constexpr char kInsertDeviationRegion[] =
     "INSERT INTO deviation_regions (deviation_id, position_index, region, minimum_in_part_mm, maximum_in_part_mm, "
     "facing_in_part, facing_within_deg, area_mm2, seen_area_mm2, point_count, mean_um, rms_um, p05_um, p50_um, p95_um, "
     "lowest_patch, lowest_um, lowest_expanded_uncertainty_um, lowest_in_part_mm, highest_patch, highest_um, "
     "highest_expanded_uncertainty_um, highest_in_part_mm) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, "
     "$13, "
     "$14, $15, $16, $17, $18, $19, $20, $21, $22, $23)";
-constexpr char kSelectRegions[] =
+constexpr char kSelectDeviationRegions[] =
     "SELECT deviation_id, region, minimum_in_part_mm, maximum_in_part_mm, facing_in_part, facing_within_deg, area_mm2, "
     "seen_area_mm2, point_count, mean_um, rms_um, p05_um, p50_um, p95_um, lowest_patch, lowest_um, "
     "lowest_expanded_uncertainty_um, lowest_in_part_mm, highest_patch, highest_um, highest_expanded_uncertainty_um, "
@@ -63,7 +63,7 @@ DeviationPatchRow PatchAt(const Rows& rows, int row, int column) {
           ThreeOf(rows.Reals(row, column + 3))};
 }
 
-Params RegionParams(const std::string& deviation_id, std::size_t index, const DeviationRegionRow& region) {
+Params DeviationRegionParams(const std::string& deviation_id, std::size_t index, const DeviationRegionRow& region) {
   Params params;
   params.Uuid(deviation_id).Int(static_cast<std::int64_t>(index)).Text(region.region);
   for (const std::vector<double>* three :
@@ -82,7 +82,7 @@ Params RegionParams(const std::string& deviation_id, std::size_t index, const De
   return params;
 }
 
-DeviationRegionRow ReadRegion(const Rows& rows, int row) {
+DeviationRegionRow ReadDeviationRegion(const Rows& rows, int row) {
   DeviationRegionRow region;
   region.region = rows.Text(row, 1);
   region.minimum_in_part_mm = OptionalRealsAt(rows, row, 2);
@@ -168,7 +168,8 @@ Params AreasParams(const std::string& deviation_id, std::size_t profile,
 
 absl::Status InsertDeviationChildren(Transaction& transaction, const DeviationMapRow& map) {
   for (std::size_t i = 0; i < map.regions.size(); ++i) {
-    const auto inserted = transaction.Execute(kInsertRegion, RegionParams(map.deviation_id, i, map.regions[i]));
+    const auto inserted =
+        transaction.Execute(kInsertDeviationRegion, DeviationRegionParams(map.deviation_id, i, map.regions[i]));
     if (!inserted.ok()) return inserted.status();
   }
   for (std::size_t i = 0; i < map.profiles.size(); ++i) {
@@ -183,9 +184,9 @@ absl::Status InsertDeviationChildren(Transaction& transaction, const DeviationMa
 
 absl::Status ReadDeviationChildren(Transaction& transaction, const ParentRows<DeviationMapRow>& maps) {
   const Params ids = Params().Uuids(maps.ids());
-  absl::Status read =
-      maps.Add(transaction.Execute(kSelectRegions, ids),
-               [](DeviationMapRow& map, const Rows& rows, int row) { map.regions.push_back(ReadRegion(rows, row)); });
+  absl::Status read = maps.Add(
+      transaction.Execute(kSelectDeviationRegions, ids),
+      [](DeviationMapRow& map, const Rows& rows, int row) { map.regions.push_back(ReadDeviationRegion(rows, row)); });
   if (read.ok())
     read = maps.Add(transaction.Execute(kSelectProfiles, ids), [](DeviationMapRow& map, const Rows& rows, int row) {
       map.profiles.push_back(ReadProfile(rows, row));

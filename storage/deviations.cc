@@ -31,23 +31,23 @@ constexpr char kListMaps[] = SIXPOINT_SELECT_MAPS SIXPOINT_RESULT_FILTER(
     "deviation_maps", "deviation") "AND ($10 = '' OR verdict = $10) " SIXPOINT_NEWEST_FIRST "LIMIT $11";
 #undef SIXPOINT_SELECT_MAPS
 #undef SIXPOINT_MAP_COLUMNS
-constexpr char kInsertScans[] =
+constexpr char kInsertDeviationScans[] =
     "INSERT INTO deviation_map_scans (deviation_id, position_index, scan_key) "
     "SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
         "scan") " FROM unnest($2::text[]) WITH ORDINALITY AS scans (scan, position)";
-constexpr char kSelectScans[] = "SELECT deviation_id, " SIXPOINT_SCAN_ID(
+constexpr char kSelectDeviationScans[] = "SELECT deviation_id, " SIXPOINT_SCAN_ID(
     "scan_key") " FROM deviation_map_scans WHERE deviation_id = ANY ($1::uuid[]) ORDER BY deviation_id, position_index";
-constexpr char kInsertPatches[] =
+constexpr char kInsertDeviationPatches[] =
     "INSERT INTO deviation_patches (deviation_id, centres_in_part_mm, normals_in_part, areas_mm2, point_counts, "
     "means_um, "
     "expanded_uncertainties_um) VALUES ($1, $2, $3, $4, $5::double precision[]::bigint[], $6, $7)";
-constexpr char kSelectPatches[] =
+constexpr char kSelectDeviationPatches[] =
     "SELECT centres_in_part_mm, normals_in_part, areas_mm2, point_counts, means_um, expanded_uncertainties_um "
     "FROM deviation_patches WHERE deviation_id = $1";
-constexpr char kInsertBlock[] =
+constexpr char kInsertCloudBlock[] =
     "INSERT INTO deviation_cloud_blocks (deviation_id, position_index, scan_index, point_count, proven_place_error_um, "
     "proven_deviation_error_um, blob_sha256) VALUES ($1, $2, $3, $4, $5, $6, $7)";
-constexpr char kSelectBlocks[] =
+constexpr char kSelectCloudBlocks[] =
     "SELECT scan_index, point_count, proven_place_error_um, proven_deviation_error_um, blob_sha256 "
     "FROM deviation_cloud_blocks WHERE deviation_id = $1 ORDER BY position_index";
 
@@ -105,7 +105,7 @@ absl::StatusOr<std::vector<DeviationMapRow>> ReadMaps(Transaction& transaction, 
   const ParentRows<DeviationMapRow> parents(&maps, &DeviationMapRow::deviation_id);
   if (parents.ids().empty()) return maps;
   const absl::Status scans =
-      parents.Add(transaction.Execute(kSelectScans, Params().Uuids(parents.ids())),
+      parents.Add(transaction.Execute(kSelectDeviationScans, Params().Uuids(parents.ids())),
                   [](DeviationMapRow& map, const Rows& scan, int row) { map.scan_ids.push_back(scan.Text(row, 1)); });
   if (!scans.ok()) return scans;
   if (absl::Status read = ReadDeviationChildren(transaction, parents); !read.ok()) return read;
@@ -117,7 +117,7 @@ absl::Status InsertPatches(Transaction& transaction, const std::string& id, cons
   Params params;
   params.Uuid(id).Reals(patches.centres_in_part_mm).Reals(patches.normals_in_part).Reals(patches.areas_mm2);
   params.Reals(counts).Reals(patches.means_um).Reals(patches.expanded_uncertainties_um);
-  return transaction.Execute(kInsertPatches, params).status();
+  return transaction.Execute(kInsertDeviationPatches, params).status();
 }
 
 absl::Status InsertCloud(Transaction& transaction, const DeviationMapRow& map) {
@@ -131,7 +131,7 @@ absl::Status InsertCloud(Transaction& transaction, const DeviationMapRow& map) {
     Params params;
     params.Uuid(map.deviation_id).Int(static_cast<std::int64_t>(i)).Int(block.scan_index).Int(block.point_count);
     params.Real(block.proven_place_error_um).Real(block.proven_deviation_error_um).Digest(block.blob_sha256);
-    if (absl::Status status = transaction.Execute(kInsertBlock, params).status(); !status.ok()) return status;
+    if (absl::Status status = transaction.Execute(kInsertCloudBlock, params).status(); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
@@ -152,7 +152,7 @@ absl::StatusOr<std::vector<DeviationMapRow>> ListMaps(Transaction& transaction, 
 
 absl::StatusOr<std::optional<DeviationPatchesRow>> FindPatches(Transaction& transaction,
                                                                const std::string& deviation_id) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPatches, Params().Uuid(deviation_id));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDeviationPatches, Params().Uuid(deviation_id));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
   DeviationPatchesRow patches;
@@ -167,7 +167,7 @@ absl::StatusOr<std::optional<DeviationPatchesRow>> FindPatches(Transaction& tran
 
 absl::StatusOr<std::vector<DeviationCloudBlockRow>> FindCloud(Transaction& transaction,
                                                               const std::string& deviation_id) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlocks, Params().Uuid(deviation_id));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectCloudBlocks, Params().Uuid(deviation_id));
   if (!rows.ok()) return rows.status();
   std::vector<DeviationCloudBlockRow> blocks;
   for (int row = 0; row < rows->count(); ++row)
@@ -176,11 +176,11 @@ absl::StatusOr<std::vector<DeviationCloudBlockRow>> FindCloud(Transaction& trans
   return rows->Checked(std::move(blocks));
 }
 
-using Results = PostgresResults<DeviationMapRow, DeviationFilter, DeviationStore>;
+using DeviationResults = PostgresResults<DeviationMapRow, DeviationFilter, DeviationStore>;
 
-class PostgresDeviations final : public Results {
+class PostgresDeviations final : public DeviationResults {
  public:
-  using Results::Results;
+  using DeviationResults::DeviationResults;
 
   absl::StatusOr<std::optional<DeviationPatchesRow>> Patches(const std::string& deviation_id,
                                                              Deadline deadline) const override {
@@ -201,7 +201,7 @@ absl::StatusOr<Recorded> InsertDeviationMap(Transaction& transaction, const Devi
                                             const RecordEntry& entry) {
   absl::Status status = transaction.Execute(kInsertMap, MapParams(map)).status();
   if (status.ok())
-    status = transaction.Execute(kInsertScans, Params().Uuid(map.deviation_id).Texts(map.scan_ids)).status();
+    status = transaction.Execute(kInsertDeviationScans, Params().Uuid(map.deviation_id).Texts(map.scan_ids)).status();
   if (status.ok()) status = InsertDeviationChildren(transaction, map);
   if (status.ok()) status = InsertPatches(transaction, map.deviation_id, map.patches);
   if (status.ok()) status = InsertCloud(transaction, map);
@@ -210,7 +210,8 @@ absl::StatusOr<Recorded> InsertDeviationMap(Transaction& transaction, const Devi
 }
 
 std::shared_ptr<DeviationStore> DeviationsIn(Database* database) {
-  return std::make_shared<PostgresDeviations>(database, Results::Statements{InsertDeviationMap, FindMap, ListMaps});
+  return std::make_shared<PostgresDeviations>(database,
+                                              DeviationResults::Statements{InsertDeviationMap, FindMap, ListMaps});
 }
 
 }  // namespace sixpoint::storage

@@ -7,19 +7,20 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr char kInsert[] =
+constexpr char kInsertDisposition[] =
     "INSERT INTO dispositions (disposition_id, inspection_id, blade_serial, disposition, reason, reference, "
     "requested_by, software_version) VALUES ($1, $2, $3, $4, $5, $6, $7, $8)";
 #define SIXPOINT_SELECT                                                                                     \
   "SELECT d.disposition_id, d.inspection_id, d.blade_serial, d.disposition, d.reason, d.reference, "        \
   "name_of(d.requested_by), d.software_version, n.record_sequence, n.recorded_at FROM dispositions d JOIN " \
   "record_names n ON n.record_id = d.disposition_id WHERE "
-constexpr char kSelectOne[] = SIXPOINT_SELECT "d.disposition_id = $1";
+constexpr char kSelectDisposition[] = SIXPOINT_SELECT "d.disposition_id = $1";
 constexpr char kSelectOf[] =
     SIXPOINT_SELECT "d.inspection_id = ANY ($1::uuid[]) ORDER BY d.inspection_id, n.record_sequence DESC";
 #undef SIXPOINT_SELECT
 
-absl::StatusOr<std::vector<DispositionRow>> Read(Transaction& transaction, const char* sql, const Params& params) {
+absl::StatusOr<std::vector<DispositionRow>> ReadDispositions(Transaction& transaction, const char* sql,
+                                                             const Params& params) {
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
   if (!rows.ok()) return rows.status();
   std::vector<DispositionRow> dispositions;
@@ -39,7 +40,7 @@ absl::StatusOr<std::vector<DispositionRow>> Read(Transaction& transaction, const
 }
 
 absl::StatusOr<std::optional<DispositionRow>> Find(Transaction& transaction, const std::string& name) {
-  auto found = Read(transaction, kSelectOne, Params().Uuid(IdOfName(name).id));
+  auto found = ReadDispositions(transaction, kSelectDisposition, Params().Uuid(IdOfName(name).id));
   if (!found.ok()) return found.status();
   if (found->empty()) return std::nullopt;
   return std::move(found->front());
@@ -76,7 +77,7 @@ absl::StatusOr<DispositionRow> InsertDisposition(Transaction& transaction, Dispo
   Params params;
   params.Uuid(row.disposition_id).Uuid(row.inspection_id).Text(row.blade_serial).Text(row.disposition);
   params.Text(row.reason).OptionalText(row.reference).Text(row.requested_by).Text(row.software_version);
-  if (const auto inserted = transaction.Execute(kInsert, params); !inserted.ok()) return inserted.status();
+  if (const auto inserted = transaction.Execute(kInsertDisposition, params); !inserted.ok()) return inserted.status();
   const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, row.disposition_id, entry);
   if (!recorded.ok()) return recorded.status();
   row.recorded = *recorded;
@@ -86,7 +87,7 @@ absl::StatusOr<DispositionRow> InsertDisposition(Transaction& transaction, Dispo
 absl::StatusOr<std::vector<DispositionRow>> DispositionsOf(Transaction& transaction,
                                                            const std::vector<std::string>& inspection_ids) {
   if (inspection_ids.empty()) return std::vector<DispositionRow>();
-  return Read(transaction, kSelectOf, Params().Uuids(inspection_ids));
+  return ReadDispositions(transaction, kSelectOf, Params().Uuids(inspection_ids));
 }
 
 }  // namespace sixpoint::storage

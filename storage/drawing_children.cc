@@ -2,15 +2,16 @@
 
 #include <map>
 
+#include "storage/each_row.h"
 #include "storage/optional_reals.h"
 
 namespace sixpoint::storage {
 namespace {
 
-constexpr char kInsertRegion[] =
+constexpr char kInsertDrawingRegion[] =
     "INSERT INTO drawing_regions (drawing_id, revision, position_index, region, minimum_in_part_mm, "
     "maximum_in_part_mm, facing_in_part, facing_within_deg) VALUES ($1, $2, $3, $4, $5, $6, $7, $8)";
-constexpr char kSelectRegions[] =
+constexpr char kSelectDrawingRegions[] =
     "SELECT region, minimum_in_part_mm, maximum_in_part_mm, facing_in_part, facing_within_deg FROM drawing_regions "
     "WHERE drawing_id = $1 AND revision = $2 ORDER BY position_index";
 constexpr char kInsertDatumSystem[] =
@@ -19,17 +20,17 @@ constexpr char kInsertDatumSystem[] =
 constexpr char kSelectDatumSystems[] =
     "SELECT datum_system, positioning, region FROM drawing_datum_systems WHERE drawing_id = $1 AND revision = $2 "
     "ORDER BY position_index";
-constexpr char kInsertDatum[] =
+constexpr char kInsertDrawingDatum[] =
     "INSERT INTO drawing_datums (drawing_id, revision, datum_system, position_index, datum, datum_points) "
     "VALUES ($1, $2, $3, $4, $5, $6)";
-constexpr char kSelectDatums[] =
+constexpr char kSelectDrawingDatums[] =
     "SELECT datum_system, datum, datum_points FROM drawing_datums WHERE drawing_id = $1 AND revision = $2 "
     "ORDER BY datum_system, position_index";
-constexpr char kInsertSection[] =
+constexpr char kInsertDrawingSection[] =
     "INSERT INTO drawing_sections (drawing_id, revision, position_index, section, height_mm, origin_in_part_mm, "
     "normal_in_part, reference_in_part, leading_in_part_mm, near_in_part_mm, half_width_mm) "
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
-constexpr char kSelectSections[] =
+constexpr char kSelectDrawingSections[] =
     "SELECT section, height_mm, origin_in_part_mm, normal_in_part, reference_in_part, leading_in_part_mm, "
     "near_in_part_mm, half_width_mm FROM drawing_sections WHERE drawing_id = $1 AND revision = $2 "
     "ORDER BY position_index";
@@ -84,7 +85,7 @@ absl::Status InsertDatumSystems(Transaction& transaction, const DrawingRow& draw
     for (const DatumRow& datum : system.datums) {
       Params row = Begin(drawing);
       row.Text(system.datum_system).Int(position++).Text(datum.datum).Texts(datum.datum_points);
-      if (const auto put = transaction.Execute(kInsertDatum, row); !put.ok()) return put.status();
+      if (const auto put = transaction.Execute(kInsertDrawingDatum, row); !put.ok()) return put.status();
     }
   }
   return absl::OkStatus();
@@ -98,7 +99,7 @@ absl::Status InsertPlaces(Transaction& transaction, const DrawingRow& drawing) {
     for (const auto* const values : {&region.minimum_in_part_mm, &region.maximum_in_part_mm, &region.facing_in_part})
       AddOptionalReals(*values, &params);
     params.OptionalReal(region.facing_within_deg);
-    if (const auto put = transaction.Execute(kInsertRegion, params); !put.ok()) return put.status();
+    if (const auto put = transaction.Execute(kInsertDrawingRegion, params); !put.ok()) return put.status();
   }
   index = 0;
   for (const DrawingSectionRow& section : drawing.sections) {
@@ -108,7 +109,7 @@ absl::Status InsertPlaces(Transaction& transaction, const DrawingRow& drawing) {
                                      &section.leading_in_part_mm, &section.near_in_part_mm})
       AddOptionalReals(*values, &params);
     params.Real(section.half_width_mm);
-    if (const auto put = transaction.Execute(kInsertSection, params); !put.ok()) return put.status();
+    if (const auto put = transaction.Execute(kInsertDrawingSection, params); !put.ok()) return put.status();
   }
   return absl::OkStatus();
 }
@@ -141,22 +142,13 @@ absl::Status InsertRequirements(Transaction& transaction, const DrawingRow& draw
   return absl::OkStatus();
 }
 
-// add(rows, row) for each row of the statement.
-template <typename AddRow>
-absl::Status Each(Transaction& transaction, const char* sql, const DrawingRow& drawing, const AddRow& add) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, Begin(drawing));
-  if (!rows.ok()) return rows.status();
-  for (int row = 0; row < rows->count(); ++row) add(*rows, row);
-  return rows->status();
-}
-
 absl::Status ReadDatumSystems(Transaction& transaction, DrawingRow* drawing) {
   std::map<std::string, std::vector<DatumRow>> datums;
-  const absl::Status read = Each(transaction, kSelectDatums, *drawing, [&](const Rows& rows, int row) {
+  const absl::Status read = EachRow(transaction, kSelectDrawingDatums, Begin(*drawing), [&](const Rows& rows, int row) {
     datums[rows.Text(row, 0)].push_back({rows.Text(row, 1), rows.Texts(row, 2)});
   });
   if (!read.ok()) return read;
-  return Each(transaction, kSelectDatumSystems, *drawing, [&](const Rows& rows, int row) {
+  return EachRow(transaction, kSelectDatumSystems, Begin(*drawing), [&](const Rows& rows, int row) {
     const std::string system = rows.Text(row, 0);
     drawing->datum_systems.push_back({system, rows.Text(row, 1), rows.OptionalText(row, 2), datums[system]});
   });
@@ -180,7 +172,7 @@ CharacteristicRow CharacteristicAt(const Rows& rows, int row) {
 }
 
 absl::Status ReadSections(Transaction& transaction, DrawingRow* drawing) {
-  return Each(transaction, kSelectSections, *drawing, [&](const Rows& rows, int row) {
+  return EachRow(transaction, kSelectDrawingSections, Begin(*drawing), [&](const Rows& rows, int row) {
     DrawingSectionRow& section = drawing->sections.emplace_back();
     section.section = rows.Text(row, 0);
     section.height_mm = rows.OptionalReal(row, 1);
@@ -201,17 +193,17 @@ absl::Status InsertDrawingChildren(Transaction& transaction, const DrawingRow& d
 }
 
 absl::Status ReadDrawingChildren(Transaction& transaction, DrawingRow* drawing) {
-  absl::Status read = Each(transaction, kSelectRegions, *drawing, [&](const Rows& rows, int row) {
+  absl::Status read = EachRow(transaction, kSelectDrawingRegions, Begin(*drawing), [&](const Rows& rows, int row) {
     drawing->regions.push_back({rows.Text(row, 0), OptionalRealsAt(rows, row, 1), OptionalRealsAt(rows, row, 2),
                                 OptionalRealsAt(rows, row, 3), rows.OptionalReal(row, 4)});
   });
   for (const auto more : {ReadDatumSystems, ReadSections})
     if (read.ok()) read = more(transaction, drawing);
   if (!read.ok()) return read;
-  read = Each(transaction, kSelectCharacteristics, *drawing,
-              [&](const Rows& rows, int row) { drawing->characteristics.push_back(CharacteristicAt(rows, row)); });
+  read = EachRow(transaction, kSelectCharacteristics, Begin(*drawing),
+                 [&](const Rows& rows, int row) { drawing->characteristics.push_back(CharacteristicAt(rows, row)); });
   if (!read.ok()) return read;
-  return Each(transaction, kSelectRequirements, *drawing, [&](const Rows& rows, int row) {
+  return EachRow(transaction, kSelectRequirements, Begin(*drawing), [&](const Rows& rows, int row) {
     drawing->product_requirements.push_back(
         {rows.Text(row, 0), rows.Text(row, 1), rows.Text(row, 2), rows.OptionalText(row, 3), rows.Bool(row, 4)});
   });

@@ -11,16 +11,16 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr char kLockId[] = "SELECT pg_advisory_xact_lock(hashtextextended('drawings/' || $1, 0))";
-constexpr char kInsertId[] = "INSERT INTO drawings (drawing_id, part_id) VALUES ($1, $2) ON CONFLICT DO NOTHING";
+constexpr char kLockDrawingId[] = "SELECT pg_advisory_xact_lock(hashtextextended('drawings/' || $1, 0))";
+constexpr char kInsertDrawingId[] = "INSERT INTO drawings (drawing_id, part_id) VALUES ($1, $2) ON CONFLICT DO NOTHING";
 #define SIXPOINT_DRAWING_COLUMNS                                                                             \
   "content_sha256, part_id, drawing_number, drawing_revision, part_number, part_name, part_revision_level, " \
   "additional_changes, decision_rule, decision_rule_edition, guard_factor, neighbour_offset_in_part_mm, "    \
   "neighbour_standard_uncertainty_um, requested_by"
-constexpr char kInsertRevision[] =
+constexpr char kInsertDrawingRevision[] =
     "INSERT INTO drawing_revisions (drawing_id, revision, record_id, " SIXPOINT_DRAWING_COLUMNS
     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17)";
-constexpr char kSelectRevision[] =
+constexpr char kSelectDrawingRevision[] =
     "SELECT revision, record_sequence, recorded_at, (SELECT count(*) FROM drawing_characteristics c WHERE "
     "c.drawing_id = d.drawing_id AND c.revision = d.revision), name_of(requested_by), " SIXPOINT_DRAWING_COLUMNS
     " FROM drawing_revisions d JOIN record_names USING (record_id) WHERE drawing_id = $1 AND "
@@ -37,8 +37,6 @@ constexpr char kSelectIds[] =
     "JOIN record_names USING (record_id) WHERE drawing_id > $1 ORDER BY drawing_id, revision DESC) newest "
     "WHERE ($2::timestamptz IS NULL OR recorded_at >= $2) AND ($3::timestamptz IS NULL OR recorded_at < $3) "
     "AND part_id <> ALL ($5::text[]) AND ($6 = '' OR part_id = $6) ORDER BY drawing_id LIMIT $4";
-
-std::string NameOf(const std::string& id, int revision) { return "drawings/" + id + "@" + std::to_string(revision); }
 
 // Whose drawing it is was said with the first revision.
 absl::Status IsOfAnotherPart(Transaction& transaction, const Reader& reader, const DrawingRow& known,
@@ -69,7 +67,8 @@ absl::Status InsertRevision(Transaction& transaction, const DrawingRow& drawing,
   AddOptionalReals(drawing.neighbour_offset_in_part_mm, &params);
   drawing.neighbour_offset_in_part_mm.empty() ? params.Null() : params.Real(drawing.neighbour_standard_uncertainty_um);
   params.Text(drawing.requested_by);
-  if (const auto inserted = transaction.Execute(kInsertRevision, params); !inserted.ok()) return inserted.status();
+  if (const auto inserted = transaction.Execute(kInsertDrawingRevision, params); !inserted.ok())
+    return inserted.status();
   Params valid;
   valid.Text(drawing.drawing_id).Int(drawing.revision).Text(drawing.part_id);
   valid.Reals({drawing.part_revisions.begin(), drawing.part_revisions.end()});
@@ -81,7 +80,7 @@ absl::Status InsertRevision(Transaction& transaction, const DrawingRow& drawing,
 
 absl::StatusOr<DrawingRow> InsertDrawing(Transaction& transaction, DrawingRow drawing, RecordEntry entry) {
   const std::string id = drawing.drawing_id;
-  if (const absl::StatusOr<Rows> locked = transaction.Execute(kLockId, Params().Text(id)); !locked.ok())
+  if (const absl::StatusOr<Rows> locked = transaction.Execute(kLockDrawingId, Params().Text(id)); !locked.ok())
     return locked.status();
   absl::StatusOr<std::optional<DrawingRow>> newest = FindDrawing(transaction, id, 0);
   if (!newest.ok()) return newest.status();
@@ -89,7 +88,7 @@ absl::StatusOr<DrawingRow> InsertDrawing(Transaction& transaction, DrawingRow dr
     return IsOfAnotherPart(transaction, entry.reader, **newest, drawing);
   if (*newest && (*newest)->content_sha256 == drawing.content_sha256) {
     // Nothing new: the request gives what was there.
-    const absl::Status kept = KeepRequest(transaction, entry.request, NameOf(id, (*newest)->revision));
+    const absl::Status kept = KeepRequest(transaction, entry.request, RevisionName("drawing", id, (*newest)->revision));
     if (!kept.ok()) return kept;
     return **std::move(newest);
   }
@@ -98,8 +97,8 @@ absl::StatusOr<DrawingRow> InsertDrawing(Transaction& transaction, DrawingRow dr
   drawing.revision = before + 1;
   drawing.characteristic_count = static_cast<int>(drawing.characteristics.size());
   entry.kind = "drawing";
-  entry.name = NameOf(id, drawing.revision);
-  if (const auto put = transaction.Execute(kInsertId, Params().Text(id).Text(drawing.part_id)); !put.ok())
+  entry.name = RevisionName("drawing", id, drawing.revision);
+  if (const auto put = transaction.Execute(kInsertDrawingId, Params().Text(id).Text(drawing.part_id)); !put.ok())
     return put.status();
   const std::string record_id = NewUuid();
   if (absl::Status put = InsertRevision(transaction, drawing, record_id); !put.ok()) return put;
@@ -111,7 +110,7 @@ absl::StatusOr<DrawingRow> InsertDrawing(Transaction& transaction, DrawingRow dr
 
 absl::StatusOr<std::optional<DrawingRow>> FindListedDrawing(Transaction& transaction, const std::string& id,
                                                             int revision) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectRevision, Params().Text(id).Int(revision));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDrawingRevision, Params().Text(id).Int(revision));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
   DrawingRow drawing;

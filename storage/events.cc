@@ -22,7 +22,7 @@ constexpr char kSelectEvents[] =
     "WHERE record_sequence > $1 ORDER BY record_sequence LIMIT $9) w) l "
     "LEFT JOIN LATERAL events_between($1, l.upto, $2, $3::text[], $4::text[], $5, $6, $7, $8::text[]) b ON true "
     "ORDER BY b.record_sequence";
-constexpr int kMostLookedAt = 2000;
+constexpr int kMostEventsLookedAt = 2000;
 constexpr int kLookedCount = 20, kLookedUpTo = 21;
 
 constexpr char kSelectNow[] =
@@ -65,10 +65,10 @@ absl::StatusOr<EventPage> ReadEvents(Transaction& transaction, const EventQuery&
   Params params;
   params.Int(query.after_sequence).Int(query.limit).Texts(sight->hidden_parts).Texts(filter.kinds);
   params.Text(filter.machine_id).Text(filter.blade_serial).Text(filter.part_id).Texts(filter.verdicts);
-  params.Int(kMostLookedAt);
+  params.Int(kMostEventsLookedAt);
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectEvents, params);
   if (!rows.ok()) return rows.status();
-  EventPage page{{}, rows->Int(0, kLookedUpTo), rows->Int(0, kLookedCount) < kMostLookedAt};
+  EventPage page{{}, rows->Int(0, kLookedUpTo), rows->Int(0, kLookedCount) < kMostEventsLookedAt};
   if (rows->IsNull(0, 0)) return rows->Checked(std::move(page));
   std::vector<JournalEntry> entries = EntriesOf(*rows);
   for (int row = 0; row < rows->count(); ++row) {

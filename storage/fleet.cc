@@ -1,6 +1,7 @@
 #include "storage/fleet.h"
 
 #include "storage/clearances.h"
+#include "storage/each_row.h"
 #include "storage/one_read.h"
 
 namespace sixpoint::storage {
@@ -20,7 +21,7 @@ constexpr char kSelectContacts[] =
     "SELECT c.machine_id, c.kind, CASE WHEN " SIXPOINT_SEEN("c.record_id") " THEN n.name END, c.recorded_at, c.detail, "
     "c.run_count, c.run_since FROM machine_contacts c JOIN record_names n ON n.record_id = c.record_id WHERE c.machine_id = ANY ($1::text[]) "
     "ORDER BY c.machine_id, c.record_sequence DESC";
-constexpr char kSelectCalibrations[] =
+constexpr char kSelectMachineCalibrations[] =
     "SELECT machine_id, calibration_id, kind, axis, recorded_at, valid_from, valid_until, is_in_force, earlier_id, "
     "parameter, change, ratio, flagged_parameters, standing_check_id, standing_check_at FROM machine_calibrations "
     "WHERE machine_id = ANY ($1::text[]) ORDER BY machine_id, kind, axis";
@@ -28,7 +29,7 @@ constexpr char kSelectWork[] =
     "SELECT machine_id, blade_count, awaiting_count, awaiting_since, CASE WHEN " SIXPOINT_SEEN(
         "first_awaiting_id") " THEN first_awaiting_id END FROM machine_work "
     "WHERE machine_id = ANY ($1::text[])";
-constexpr char kSelectDamages[] =
+constexpr char kSelectMachineDamages[] =
     "SELECT machine_id, blob_count, found_at FROM machine_damages WHERE machine_id = ANY ($1::text[])";
 constexpr char kSelectUploads[] =
     "SELECT scan_id, header, next_block, point_count, stored_bytes, started_at, touched_at FROM scan_uploads "
@@ -39,15 +40,6 @@ constexpr char kSelectActivity[] =
     "AND begins_at >= $3 AND begins_at < $4 ORDER BY begins_at, measure, bucket";
 
 const char* TextOf(SummaryPeriod period) { return period == SummaryPeriod::kHour ? "hour" : "day"; }
-
-// take(rows, row) for each row of the answer.
-template <typename Take>
-absl::Status Each(Transaction& transaction, const char* sql, const Params& params, const Take& take) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
-  if (!rows.ok()) return rows.status();
-  for (int row = 0; row < rows->count(); ++row) take(*rows, row);
-  return rows->status();
-}
 
 ContactRow ReadContact(const Rows& rows, int row) {
   return {rows.Text(row, 0),         rows.Text(row, 1), rows.OptionalText(row, 2), rows.Time(row, 3),
@@ -98,7 +90,7 @@ class PostgresFleet final : public FleetReader {
     return OneRead(
         *database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::optional<std::vector<ActivityRow>>> {
           std::vector<ActivityRow> activity;
-          absl::Status read = Each(
+          absl::Status read = EachRow(
               t, kSelectActivity, Params().Text(TextOf(span.period)).Text(machine_id).Time(span.from).Time(span.until),
               [&](const Rows& rows, int row) {
                 activity.push_back({machine_id, rows.Time(row, 0), rows.Text(row, 1),
@@ -106,8 +98,8 @@ class PostgresFleet final : public FleetReader {
               });
           bool is_known = !activity.empty();
           if (read.ok() && !is_known)
-            read = Each(t, kSelectMachines, Params().Text(machine_id).Text("").Int(1),
-                        [&](const Rows&, int) { is_known = true; });
+            read = EachRow(t, kSelectMachines, Params().Text(machine_id).Text("").Int(1),
+                           [&](const Rows&, int) { is_known = true; });
           if (!read.ok()) return read;
           if (!is_known) return std::nullopt;
           return activity;
@@ -122,32 +114,35 @@ class PostgresFleet final : public FleetReader {
     if (!sight.ok()) return sight.status();
     FleetRows fleet;
     fleet.now = *now;
-    absl::Status read = Each(t, kSelectMachines, Params().Text(filter.machine_id).Text(filter.after).Int(filter.limit),
-                             [&](const Rows& rows, int row) { fleet.machine_ids.push_back(rows.Text(row, 0)); });
+    absl::Status read =
+        EachRow(t, kSelectMachines, Params().Text(filter.machine_id).Text(filter.after).Int(filter.limit),
+                [&](const Rows& rows, int row) { fleet.machine_ids.push_back(rows.Text(row, 0)); });
     const Params machines = Params().Texts(fleet.machine_ids);
     const Params seen = Params().Texts(fleet.machine_ids).Texts(sight->hidden_parts);
     const SummarySpan& span = filter.span;
     if (read.ok())
-      read = Each(t, kSelectFleetActivity,
+      read =
+          EachRow(t, kSelectFleetActivity,
                   Params().Text(TextOf(span.period)).Texts(fleet.machine_ids).Time(span.from).Time(span.until),
                   [&](const Rows& rows, int row) {
                     fleet.activity.push_back({rows.Text(row, 0), span.from, rows.Text(row, 1),
                                               static_cast<int>(rows.Int(row, 2)), rows.Int(row, 3), rows.Real(row, 4)});
                   });
     if (read.ok())
-      read = Each(t, kSelectContacts, seen,
-                  [&](const Rows& rows, int row) { fleet.contacts.push_back(ReadContact(rows, row)); });
+      read = EachRow(t, kSelectContacts, seen,
+                     [&](const Rows& rows, int row) { fleet.contacts.push_back(ReadContact(rows, row)); });
     if (read.ok())
-      read = Each(t, kSelectCalibrations, machines,
-                  [&](const Rows& rows, int row) { fleet.calibrations.push_back(ReadCalibration(rows, row)); });
+      read = EachRow(t, kSelectMachineCalibrations, machines,
+                     [&](const Rows& rows, int row) { fleet.calibrations.push_back(ReadCalibration(rows, row)); });
     if (read.ok())
-      read = Each(t, kSelectWork, seen, [&](const Rows& rows, int row) { fleet.work.push_back(ReadWork(rows, row)); });
+      read =
+          EachRow(t, kSelectWork, seen, [&](const Rows& rows, int row) { fleet.work.push_back(ReadWork(rows, row)); });
     if (read.ok())
-      read = Each(t, kSelectDamages, machines, [&](const Rows& rows, int row) {
+      read = EachRow(t, kSelectMachineDamages, machines, [&](const Rows& rows, int row) {
         fleet.damages.push_back({rows.Text(row, 0), rows.Int(row, 1), rows.Time(row, 2)});
       });
     if (read.ok())
-      read = Each(t, kSelectUploads, Params().Int(kMostUploads), [&](const Rows& rows, int row) {
+      read = EachRow(t, kSelectUploads, Params().Int(kMostUploads), [&](const Rows& rows, int row) {
         fleet.uploads.push_back({rows.Text(row, 0), rows.Bytes(row, 1), static_cast<int>(rows.Int(row, 2)),
                                  rows.Int(row, 3), rows.Int(row, 4), rows.Time(row, 5), rows.Time(row, 6)});
       });

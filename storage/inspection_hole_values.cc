@@ -10,7 +10,7 @@ namespace sixpoint::storage {
 namespace {
 
 // A hole's numbers come in one column each; kHoleNumbers of them from $6 on, then both budgets, then those of the stated positioning.
-constexpr char kInsertHoles[] =
+constexpr char kInsertHoleValues[] =
     "INSERT INTO inspection_hole_values (inspection_id, position_index, measured_by, along_is, diameter_reason, "
     "along_in_part, across_in_part, along_um, along_expanded_uncertainty_um, across_um, "
     "across_expanded_uncertainty_um, inclination_along_deg, inclination_along_expanded_uncertainty_deg, "
@@ -32,7 +32,7 @@ constexpr char kInsertHoles[] =
     "(hole, measured_by, along_is, reason, ax, ay, az, cx, cy, cz, n1, n2, n3, n4, "
     "n5, n6, n7, n8, n9, n10, n11, along_budget, across_budget, s1, s2, s3, s4, s5, s6, s7)";
 constexpr std::size_t kHoleNumbers = 17, kStatedNumbers = 7;
-constexpr char kSelectHoles[] =
+constexpr char kSelectHoleValues[] =
     "SELECT inspection_id, position_index, measured_by, along_is, diameter_reason, along_in_part, across_in_part, "
     "along_um, along_expanded_uncertainty_um, across_um, across_expanded_uncertainty_um, inclination_along_deg, "
     "inclination_along_expanded_uncertainty_deg, inclination_across_deg, "
@@ -66,7 +66,7 @@ void AddStated(const std::optional<StatedPositioningRow>& row, std::vector<Numbe
     (*columns)[column++].push_back(row ? std::optional<double>((*row).*number) : std::nullopt);
 }
 
-Params HolesParams(const InspectionRow& inspection) {
+Params HoleValuesParams(const InspectionRow& inspection) {
   std::vector<double> places;
   std::vector<std::string> measured_by, along_is, reasons, along_budgets, across_budgets;
   std::vector<Numbers> numbers(kHoleNumbers), stated(kStatedNumbers);
@@ -100,7 +100,7 @@ Params HolesParams(const InspectionRow& inspection) {
   return params;
 }
 
-HoleDetailRow ReadHole(const Rows& rows, int row) {
+HoleDetailRow ReadHoleValues(const Rows& rows, int row) {
   HoleDetailRow values;
   values.measured_by = rows.Text(row, 2);
   values.along_is = rows.Text(row, 3);
@@ -163,7 +163,7 @@ HolePitchRow ReadPitch(const Rows& rows, int row) {
 }  // namespace
 
 absl::Status InsertHoleValues(Transaction& transaction, const InspectionRow& inspection) {
-  absl::Status status = transaction.Execute(kInsertHoles, HolesParams(inspection)).status();
+  absl::Status status = transaction.Execute(kInsertHoleValues, HoleValuesParams(inspection)).status();
   if (status.ok() && !inspection.pitches.empty())
     status = transaction.Execute(kInsertPitches, PitchesParams(inspection)).status();
   return status;
@@ -172,11 +172,11 @@ absl::Status InsertHoleValues(Transaction& transaction, const InspectionRow& ins
 absl::Status ReadHoleValues(Transaction& transaction, const ParentRows<InspectionRow>& inspections) {
   const Params ids = Params().Uuids(inspections.ids());
   bool of_holes = true;
-  absl::Status read = inspections.Add(transaction.Execute(kSelectHoles, ids),
+  absl::Status read = inspections.Add(transaction.Execute(kSelectHoleValues, ids),
                                       [&](InspectionRow& inspection, const Rows& rows, int row) {
                                         const auto index = static_cast<std::size_t>(rows.Int(row, 1));
                                         of_holes = of_holes && index < inspection.holes.size();
-                                        if (of_holes) inspection.holes[index].values = ReadHole(rows, row);
+                                        if (of_holes) inspection.holes[index].values = ReadHoleValues(rows, row);
                                       });
   if (read.ok())
     read = inspections.Add(transaction.Execute(kSelectPitches, ids),

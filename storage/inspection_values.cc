@@ -23,7 +23,7 @@ namespace {
   "h.inclination_error_deg, h.position_expanded_uncertainty_um, "                                 \
   "h.inclination_expanded_uncertainty_deg, h.position_tolerance_mm, h.inclination_tolerance_deg "
 // The page's inspections are found first, by the journal's order; their holes are then read by key.
-constexpr char kSelect[] =
+constexpr char kSelectInspectionValues[] =
     "WITH page AS MATERIALIZED (SELECT " SIXPOINT_INSPECTION_VALUES
     " FROM recorded r JOIN inspections i ON i.inspection_id = r.record_id WHERE " SIXPOINT_VALUE_FILTER
     "ORDER BY record_sequence DESC LIMIT $12) SELECT p.*" SIXPOINT_HOLE_VALUES
@@ -78,7 +78,8 @@ class PostgresValues final : public ValueReader {
       AddSight(*sight, &params);
       params.Int(inspection_limit);
       if (!filter.group_name.empty()) params.Text(filter.group_name).Text(filter.hole_name);
-      const absl::StatusOr<Rows> rows = t.Execute(filter.group_name.empty() ? kSelect : kSelectOfHole, params);
+      const absl::StatusOr<Rows> rows =
+          t.Execute(filter.group_name.empty() ? kSelectInspectionValues : kSelectOfHole, params);
       if (!rows.ok()) return rows.status();
       std::vector<HoleValuesRow> values;
       values.reserve(static_cast<std::size_t>(rows->count()));

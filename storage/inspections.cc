@@ -33,11 +33,11 @@ constexpr char kListInspections[] = SIXPOINT_SELECT_INSPECTIONS SIXPOINT_RESULT_
                   "LIMIT $12";
 #undef SIXPOINT_SELECT_INSPECTIONS
 #undef SIXPOINT_INSPECTION_COLUMNS
-constexpr char kInsertScans[] =
+constexpr char kInsertInspectionScans[] =
     "INSERT INTO inspection_scans (inspection_id, position_index, scan_key) "
     "SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
         "scan") " FROM unnest($2::text[]) WITH ORDINALITY AS scans (scan, position)";
-constexpr char kSelectScans[] =
+constexpr char kSelectInspectionScans[] =
     "SELECT inspection_id, " SIXPOINT_SCAN_ID("scan_key") " FROM inspection_scans WHERE inspection_id = ANY ($1::uuid[]) "
     "ORDER BY inspection_id, position_index";
 #define SIXPOINT_HOLE_COLUMNS                                                                                        \
@@ -45,7 +45,7 @@ constexpr char kSelectScans[] =
   "inclination_error_deg, position_expanded_uncertainty_um, inclination_expanded_uncertainty_deg, "                  \
   "start_in_part_mm, axis_in_part, pin_diameter_mm, position_tolerance_mm, inclination_tolerance_deg, point_count, " \
   "pin_residual_rms_um, reason, positioning_difference_um, pin_half_play_um"
-constexpr char kInsertHoles[] =
+constexpr char kInsertInspectionHoles[] =
     "INSERT INTO inspection_holes (inspection_id, position_index, " SIXPOINT_HOLE_COLUMNS
     ", budget_um) SELECT $1::uuid, (position - 1)::integer, group_name, hole_name, verdict, position_verdict, "
     "inclination_verdict, "
@@ -65,9 +65,9 @@ constexpr char kInsertHoles[] =
     "inclination_error, "
     "position_uncertainty, inclination_uncertainty, start_x, start_y, start_z, axis_x, axis_y, axis_z, diameter, "
     "position_tolerance, inclination_tolerance, residual_rms, positioning_difference, pin_play, budget, position)";
-constexpr char kSelectHoles[] = "SELECT inspection_id, " SIXPOINT_HOLE_COLUMNS
-                                ", budget_um FROM inspection_holes WHERE inspection_id = ANY ($1::uuid[]) "
-                                "ORDER BY inspection_id, position_index";
+constexpr char kSelectInspectionHoles[] = "SELECT inspection_id, " SIXPOINT_HOLE_COLUMNS
+                                          ", budget_um FROM inspection_holes WHERE inspection_id = ANY ($1::uuid[]) "
+                                          "ORDER BY inspection_id, position_index";
 #undef SIXPOINT_HOLE_COLUMNS
 
 InspectionRow ReadInspection(const Rows& rows, int row) {
@@ -125,7 +125,7 @@ Params InspectionParams(const InspectionRow& inspection) {
   return params;
 }
 
-InspectionHoleRow ReadHole(const Rows& rows, int row) {
+InspectionHoleRow ReadInspectionHole(const Rows& rows, int row) {
   InspectionHoleRow hole;
   hole.group_name = rows.Text(row, 1);
   hole.hole_name = rows.Text(row, 2);
@@ -152,7 +152,7 @@ InspectionHoleRow ReadHole(const Rows& rows, int row) {
   return hole;
 }
 
-// As kInsertHoles has them: texts, then numbers, of what was not measured NULL.
+// As kInsertInspectionHoles has them: texts, then numbers, of what was not measured NULL.
 Params HolesParams(const std::string& inspection_id, const std::vector<InspectionHoleRow>& holes) {
   std::array<std::vector<std::string>, 7> texts;
   std::array<std::vector<std::optional<double>>, 16> numbers;
@@ -194,7 +194,7 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<InspectionRow>* 
   if (parents.ids().empty()) return absl::OkStatus();
   const Params ids = Params().Uuids(parents.ids());
   const absl::Status scans = parents.Add(
-      transaction.Execute(kSelectScans, ids),
+      transaction.Execute(kSelectInspectionScans, ids),
       [](InspectionRow& inspection, const Rows& rows, int row) { inspection.scan_ids.push_back(rows.Text(row, 1)); });
   if (!scans.ok()) return scans;
   const auto dispositions = DispositionsOf(transaction, parents.ids());
@@ -202,9 +202,10 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<InspectionRow>* 
   for (InspectionRow& inspection : *inspections)
     for (const DispositionRow& disposition : *dispositions)
       if (disposition.inspection_id == inspection.inspection_id) inspection.dispositions.push_back(disposition);
-  const absl::Status holes = parents.Add(
-      transaction.Execute(kSelectHoles, ids),
-      [](InspectionRow& inspection, const Rows& rows, int row) { inspection.holes.push_back(ReadHole(rows, row)); });
+  const absl::Status holes = parents.Add(transaction.Execute(kSelectInspectionHoles, ids),
+                                         [](InspectionRow& inspection, const Rows& rows, int row) {
+                                           inspection.holes.push_back(ReadInspectionHole(rows, row));
+                                         });
   return holes.ok() ? ReadHoleValues(transaction, parents) : holes;
 }
 
@@ -230,9 +231,10 @@ absl::StatusOr<Recorded> InsertInspection(Transaction& transaction, const Inspec
   const auto inserted = transaction.Execute(kInsertInspection, InspectionParams(inspection));
   if (!inserted.ok()) return inserted.status();
   const auto scans =
-      transaction.Execute(kInsertScans, Params().Uuid(inspection.inspection_id).Texts(inspection.scan_ids));
+      transaction.Execute(kInsertInspectionScans, Params().Uuid(inspection.inspection_id).Texts(inspection.scan_ids));
   if (!scans.ok()) return scans.status();
-  const auto holes = transaction.Execute(kInsertHoles, HolesParams(inspection.inspection_id, inspection.holes));
+  const auto holes =
+      transaction.Execute(kInsertInspectionHoles, HolesParams(inspection.inspection_id, inspection.holes));
   if (!holes.ok()) return holes.status();
   if (absl::Status values = InsertHoleValues(transaction, inspection); !values.ok()) return values;
   return AppendRecord(transaction, inspection.inspection_id, entry);

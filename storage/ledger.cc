@@ -12,8 +12,8 @@ using ledger::Leaf;
 using ledger::LeafSpan;
 
 // One sealer at a time, whatever processes run.
-constexpr char kLock[] = "SELECT pg_try_advisory_xact_lock(6021, 5)";
-constexpr char kEnd[] =
+constexpr char kLockLedger[] = "SELECT pg_try_advisory_xact_lock(6021, 5)";
+constexpr char kLedgerEnd[] =
     "SELECT leaf_index + 1, record_sequence FROM public.ledger_leaves ORDER BY leaf_index DESC LIMIT 1";
 constexpr char kInsertLeaves[] =
     "INSERT INTO public.ledger_leaves (leaf_index, record_sequence, record_id, format, name_sha256, content_sha256) "
@@ -35,7 +35,7 @@ constexpr char kSelectNodes[] =
     "WHERE ((n.node_index + 1) << n.level) > $1 AND ((n.node_index + 1) << n.level) <= $2 "
     "ORDER BY (n.node_index + 1) << n.level, n.level";
 constexpr char kPlantId[] = "SELECT plant_id FROM public.plant_identity";
-constexpr char kInsertHead[] =
+constexpr char kInsertLedgerHead[] =
     "INSERT INTO public.ledger_heads (tree_size, root_sha256, record_sequence, signed_at, key_id, signature, "
     "public_key) VALUES ($1, $2, $3, $4::timestamptz, $5, $6, $7) ON CONFLICT (tree_size) DO NOTHING";
 constexpr char kSelectHeads[] =
@@ -48,7 +48,7 @@ constexpr char kSelectOfBlade[] =
     "FROM public.record_entries e JOIN public.ledger_leaves l ON l.record_id = e.record_id "
     "LEFT JOIN public.ledger_contents c ON c.record_id = e.record_id "
     "WHERE e.blade_serial = $1 AND l.leaf_index < $2 AND e.record_sequence > $3 ORDER BY e.record_sequence LIMIT $4";
-constexpr char kCountUnsealed[] =
+constexpr char kCountUnsealedOfBlade[] =
     "SELECT count(*) FROM public.record_entries e LEFT JOIN public.ledger_leaves l ON l.record_id = e.record_id "
     "WHERE e.blade_serial = $1 AND (l.leaf_index IS NULL OR l.leaf_index >= $2)";
 
@@ -140,14 +140,14 @@ absl::Status Insert(Transaction& transaction, std::int64_t first, const NewLeave
 }  // namespace
 
 absl::StatusOr<LedgerEnd> ReadLedgerEnd(Transaction& transaction) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kEnd);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kLedgerEnd);
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return LedgerEnd();
   return rows->Checked(LedgerEnd{rows->Int(0, 0), rows->Int(0, 1)});
 }
 
 absl::StatusOr<Sealed> SealEntries(Transaction& transaction, std::int64_t limit) {
-  const absl::StatusOr<Rows> locked = transaction.Execute(kLock);
+  const absl::StatusOr<Rows> locked = transaction.Execute(kLockLedger);
   if (!locked.ok()) return locked.status();
   if (!locked->Bool(0, 0)) return Sealed();
   const absl::StatusOr<LedgerEnd> end = ReadLedgerEnd(transaction);
@@ -214,7 +214,7 @@ absl::Status KeepHead(Transaction& transaction, const KeptHead& kept) {
   Params params;
   params.Int(kept.head.tree_size).Bytes(kept.head.root).Int(kept.head.record_sequence).Text(kept.head.signed_at);
   params.Text(kept.head.key_id).Bytes(kept.head.signature).Text(kept.public_key);
-  return transaction.Execute(kInsertHead, params).status();
+  return transaction.Execute(kInsertLedgerHead, params).status();
 }
 
 absl::StatusOr<std::vector<KeptHead>> ReadHeads(Transaction& transaction, std::int64_t after, std::int64_t until) {
@@ -251,7 +251,7 @@ absl::StatusOr<std::vector<SealedEntry>> SealedOfBlade(Transaction& transaction,
 
 absl::StatusOr<std::int64_t> CountUnsealedOfBlade(Transaction& transaction, const std::string& serial,
                                                   std::int64_t size) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kCountUnsealed, Params().Text(serial).Int(size));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kCountUnsealedOfBlade, Params().Text(serial).Int(size));
   if (!rows.ok()) return rows.status();
   return rows->Checked(rows->Int(0, 0));
 }

@@ -26,7 +26,7 @@ constexpr char kUnplain[] =
     "LEFT JOIN pg_class c ON c.relname = wanted.name AND c.relnamespace = 'public'::regnamespace "
     "WHERE c.oid IS NULL OR c.relkind NOT IN ('r', 'p') OR c.relrowsecurity "
     "OR EXISTS (SELECT 1 FROM pg_rewrite r WHERE r.ev_class = c.oid)";
-constexpr char kCountUnsealed[] = "SELECT count(*) FROM public.record_names WHERE record_sequence > $1";
+constexpr char kCountUnsealedAfter[] = "SELECT count(*) FROM public.record_names WHERE record_sequence > $1";
 struct BlobReference {
   const char *table, *column;
 };
@@ -297,7 +297,7 @@ absl::StatusOr<std::vector<LedgerDamage>> CheckOrphans(Transaction& transaction,
 }
 
 absl::StatusOr<std::int64_t> CountUnsealed(Transaction& transaction, std::int64_t last_sequence) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kCountUnsealed, Params().Int(last_sequence));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kCountUnsealedAfter, Params().Int(last_sequence));
   if (!rows.ok()) return rows.status();
   return rows->Checked(rows->Int(0, 0));
 }

@@ -23,7 +23,7 @@ constexpr char kColumns[] =
     "WHERE c.relnamespace = 'public'::regnamespace AND c.relname = ANY ($1) AND a.attnum > 0 AND NOT a.attisdropped "
     "ORDER BY c.relname, a.attname COLLATE \"C\"";
 // By the bound, which holds for the rows: a name may be anything.
-constexpr char kMonths[] =
+constexpr char kPartitionMonths[] =
     "SELECT substring(pg_get_expr(c.relpartbound, c.oid) FROM "
     "'[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}') FROM pg_inherits i JOIN pg_class c ON c.oid = "
     "i.inhrelid WHERE i.inhparent = 'public.record_entries'::regclass";
@@ -346,7 +346,7 @@ absl::StatusOr<NameText> ReadNameText(Transaction& transaction, const LedgerColu
 }
 
 absl::StatusOr<std::set<std::string>> AttachedMonths(Transaction& transaction) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kMonths);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kPartitionMonths);
   if (!rows.ok()) return rows.status();
   std::set<std::string> months;
   for (int row = 0; row < rows->count(); ++row)

@@ -9,16 +9,16 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr char kLockId[] = "SELECT pg_advisory_xact_lock(hashtextextended('machining_models/' || $1, 0))";
-constexpr char kInsertId[] =
+constexpr char kLockModelId[] = "SELECT pg_advisory_xact_lock(hashtextextended('machining_models/' || $1, 0))";
+constexpr char kInsertModelId[] =
     "INSERT INTO machining_models (machining_model_id, part_id) VALUES ($1, $2) ON CONFLICT DO NOTHING";
 #define SIXPOINT_MODEL_COLUMNS                                                               \
   "content_sha256, part_id, part_revision, w_mm, nc_template_sha256, nc_work_offset_codes, " \
   "nc_work_offsets, nc_tool_numbers, nc_tool_lengths_mm"
-constexpr char kInsertRevision[] =
+constexpr char kInsertModelRevision[] =
     "INSERT INTO machining_model_revisions (machining_model_id, revision, record_id, " SIXPOINT_MODEL_COLUMNS
     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11::integer[], $12)";
-constexpr char kSelectRevision[] =
+constexpr char kSelectModelRevision[] =
     "SELECT revision, record_sequence, recorded_at, " SIXPOINT_MODEL_COLUMNS
     " FROM machining_model_revisions JOIN record_names USING (record_id) WHERE machining_model_id = $1 AND "
     "($2::integer = 0 OR revision = $2) ORDER BY revision DESC LIMIT 1";
@@ -59,10 +59,6 @@ constexpr char kSelectOperations[] =
     "SELECT operation, coalesce(hole_group, ''), electrode_diameter_mm, electrode_length_mm, electrode_wear_mm, "
     "tool_number, feed_mm_min FROM machining_operations WHERE machining_model_id = $1 AND revision = $2 ORDER BY "
     "position_index";
-
-std::string NameOf(const std::string& id, int revision) {
-  return "machining_models/" + id + "@" + std::to_string(revision);
-}
 
 absl::Status InsertPaths(Transaction& transaction, const MachiningModelRow& model, std::size_t operation) {
   int position = 0;
@@ -170,7 +166,7 @@ absl::Status IsOfAnotherPart(Transaction& transaction, const Reader& reader, con
 
 absl::StatusOr<std::optional<MachiningModelRow>> ReadModel(Transaction& transaction, const std::string& id,
                                                            int revision, const char* paths) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectRevision, Params().Text(id).Int(revision));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectModelRevision, Params().Text(id).Int(revision));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
   MachiningModelRow model;
@@ -207,7 +203,7 @@ absl::StatusOr<std::optional<MachiningModelRow>> ReadModel(Transaction& transact
 absl::StatusOr<MachiningModelRow> InsertMachiningModel(Transaction& transaction, MachiningModelRow model,
                                                        RecordEntry entry) {
   const std::string& id = model.machining_model_id;
-  if (const absl::StatusOr<Rows> locked = transaction.Execute(kLockId, Params().Text(id)); !locked.ok())
+  if (const absl::StatusOr<Rows> locked = transaction.Execute(kLockModelId, Params().Text(id)); !locked.ok())
     return locked.status();
   absl::StatusOr<std::optional<MachiningModelRow>> newest = FindMachiningModel(transaction, id, 0);
   if (!newest.ok()) return newest.status();
@@ -216,13 +212,13 @@ absl::StatusOr<MachiningModelRow> InsertMachiningModel(Transaction& transaction,
   const bool known = *newest && (*newest)->content_sha256 == model.content_sha256;
   model.revision = (*newest ? (*newest)->revision : 0) + (known ? 0 : 1);
   entry.kind = "machining_model";
-  entry.name = NameOf(id, model.revision);
+  entry.name = RevisionName("machining_model", id, model.revision);
   if (known) {
     // Nothing new: the request gives what was there.
     if (absl::Status kept = KeepRequest(transaction, entry.request, entry.name); !kept.ok()) return kept;
     return **std::move(newest);
   }
-  if (const auto inserted = transaction.Execute(kInsertId, Params().Text(id).Text(model.part_id)); !inserted.ok())
+  if (const auto inserted = transaction.Execute(kInsertModelId, Params().Text(id).Text(model.part_id)); !inserted.ok())
     return inserted.status();
   absl::StatusOr<std::string> nc_template = PutBlob(transaction, model.nc_template);
   if (!nc_template.ok()) return nc_template.status();
@@ -233,7 +229,7 @@ absl::StatusOr<MachiningModelRow> InsertMachiningModel(Transaction& transaction,
   params.Int(model.part_revision).OptionalReal(model.w_mm).Digest(model.nc_template_sha256);
   Add(model.work_offsets, &params);
   Add(model.tool_lengths, &params);
-  if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRevision, params); !inserted.ok())
+  if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertModelRevision, params); !inserted.ok())
     return inserted.status();
   if (absl::Status operations = InsertOperations(transaction, model); !operations.ok()) return operations;
   if (absl::Status post = InsertPost(transaction, model); !post.ok()) return post;

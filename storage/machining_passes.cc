@@ -16,7 +16,7 @@ namespace {
   "sensor_calibration_id, rotation_calibration_id, method, correction_id, reconstruction_id, number, outcome, "        \
   "remark, taken_count, far_off_count, shapeless_count, patch_count, patches_sha256, requested_by, software_version, " \
   "computed_on, greatest_rest_mm"
-constexpr char kInsert[] =
+constexpr char kInsertPass[] =
     "INSERT INTO machining_passes (" SIXPOINT_PASS_COLUMNS
     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, "
     "$23, $24)";
@@ -24,31 +24,32 @@ constexpr char kInsert[] =
   "SELECT " SIXPOINT_PASS_COLUMNS                                                             \
   ", record_sequence, recorded_at, name_of(requested_by), entry_order, entry_operation FROM " \
   "machining_passes JOIN recorded r ON r.record_id = pass_id WHERE "
-constexpr char kSelect[] = SIXPOINT_SELECT_PASSES "pass_id = $1";
-constexpr char kList[] = SIXPOINT_SELECT_PASSES SIXPOINT_RESULT_FILTER(
+constexpr char kSelectPass[] = SIXPOINT_SELECT_PASSES "pass_id = $1";
+constexpr char kListPasses[] = SIXPOINT_SELECT_PASSES SIXPOINT_RESULT_FILTER(
     "machining_passes", "machining_pass") "AND ($10 = '' OR outcome = $10) " SIXPOINT_NEWEST_FIRST "LIMIT $11";
 #undef SIXPOINT_SELECT_PASSES
 #undef SIXPOINT_PASS_COLUMNS
-constexpr char kInsertScans[] =
+constexpr char kInsertPassScans[] =
     "INSERT INTO machining_pass_scans (pass_id, position_index, scan_key) "
     "SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
         "scan") " FROM unnest($2::text[]) WITH ORDINALITY AS scans (scan, position)";
-constexpr char kSelectScans[] = "SELECT pass_id, " SIXPOINT_SCAN_ID(
+constexpr char kSelectPassScans[] = "SELECT pass_id, " SIXPOINT_SCAN_ID(
     "scan_key") " FROM machining_pass_scans WHERE pass_id = ANY ($1::uuid[]) ORDER BY pass_id, position_index";
-constexpr char kInsertRegion[] =
+constexpr char kInsertPassRegion[] =
     "INSERT INTO machining_pass_regions (pass_id, position_index, region, patch_count, seen_part, mean_rest_um, "
     "least_rest_um, greatest_rest_um, least_lower_spare_um, least_upper_spare_um, offset_um, deflection_share) "
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)";
-constexpr char kSelectRegions[] =
+constexpr char kSelectPassRegions[] =
     "SELECT pass_id, region, patch_count, seen_part, mean_rest_um, least_rest_um, greatest_rest_um, "
     "least_lower_spare_um, least_upper_spare_um, offset_um, deflection_share FROM machining_pass_regions "
     "WHERE pass_id = ANY ($1::uuid[]) ORDER BY pass_id, position_index";
-constexpr char kInsertPatches[] =
+constexpr char kInsertPassPatches[] =
     "INSERT INTO machining_pass_patches (pass_id, points_in_part_mm, normals_in_part, expanded_uncertainties_um, "
     "stock_um, regions) VALUES ($1, $2, $3, $4, $5, $6::double precision[]::integer[])";
-constexpr char kSelectPatches[] = "SELECT " SIXPOINT_PATCH_COLUMNS " FROM machining_pass_patches WHERE pass_id = $1";
+constexpr char kSelectPassPatches[] =
+    "SELECT " SIXPOINT_PATCH_COLUMNS " FROM machining_pass_patches WHERE pass_id = $1";
 
-Params RowParams(const MachiningPassRow& row) {
+Params PassParams(const MachiningPassRow& row) {
   Params params;
   params.Uuid(row.pass_id).Text(row.blade_serial).Uuid(row.registration_id).Text(row.machine_id);
   params.Int(row.machine_revision).Text(row.part_id).Int(row.part_revision).Uuid(row.sensor_calibration_id);
@@ -61,7 +62,7 @@ Params RowParams(const MachiningPassRow& row) {
       .OptionalReal(row.greatest_rest_mm);
 }
 
-MachiningPassRow ReadRow(const Rows& rows, int row) {
+MachiningPassRow ReadPass(const Rows& rows, int row) {
   MachiningPassRow found;
   found.pass_id = rows.Text(row, 0);
   found.blade_serial = rows.Text(row, 1);
@@ -93,7 +94,7 @@ MachiningPassRow ReadRow(const Rows& rows, int row) {
   return found;
 }
 
-Params RegionParams(const std::string& id, std::size_t position, const MachinedRegionRow& region) {
+Params MachinedRegionParams(const std::string& id, std::size_t position, const MachinedRegionRow& region) {
   Params params;
   params.Uuid(id).Int(static_cast<std::int64_t>(position)).Text(region.region).Int(region.patch_count);
   params.Real(region.seen_part).OptionalReal(region.mean_rest_um).OptionalReal(region.least_rest_um);
@@ -102,57 +103,57 @@ Params RegionParams(const std::string& id, std::size_t position, const MachinedR
   return params.OptionalReal(region.deflection_share);
 }
 
-MachinedRegionRow ReadRegion(const Rows& rows, int row) {
+MachinedRegionRow ReadMachinedRegion(const Rows& rows, int row) {
   return {rows.Text(row, 1),         static_cast<int>(rows.Int(row, 2)), rows.Real(row, 3),
           rows.OptionalReal(row, 4), rows.OptionalReal(row, 5),          rows.OptionalReal(row, 6),
           rows.OptionalReal(row, 7), rows.OptionalReal(row, 8),          rows.OptionalReal(row, 9),
           rows.OptionalReal(row, 10)};
 }
 
-absl::StatusOr<std::vector<MachiningPassRow>> ReadRows(Transaction& transaction, const char* sql,
-                                                       const Params& params) {
+absl::StatusOr<std::vector<MachiningPassRow>> ReadPasses(Transaction& transaction, const char* sql,
+                                                         const Params& params) {
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
   if (!rows.ok()) return rows.status();
   std::vector<MachiningPassRow> all;
-  for (int row = 0; row < rows->count(); ++row) all.push_back(ReadRow(*rows, row));
+  for (int row = 0; row < rows->count(); ++row) all.push_back(ReadPass(*rows, row));
   if (absl::Status read = rows->status(); !read.ok()) return read;
   const ParentRows<MachiningPassRow> parents(&all, &MachiningPassRow::pass_id);
   if (parents.ids().empty()) return all;
   const Params ids = Params().Uuids(parents.ids());
   absl::Status read = parents.Add(
-      transaction.Execute(kSelectScans, ids),
+      transaction.Execute(kSelectPassScans, ids),
       [](MachiningPassRow& parent, const Rows& scan, int row) { parent.scan_ids.push_back(scan.Text(row, 1)); });
   if (read.ok())
-    read = parents.Add(transaction.Execute(kSelectRegions, ids),
+    read = parents.Add(transaction.Execute(kSelectPassRegions, ids),
                        [](MachiningPassRow& parent, const Rows& region, int row) {
-                         parent.regions.push_back(ReadRegion(region, row));
+                         parent.regions.push_back(ReadMachinedRegion(region, row));
                        });
   if (!read.ok()) return read;
   return all;
 }
 
-absl::StatusOr<std::optional<MachiningPassRow>> FindOne(Transaction& transaction, const std::string& id) {
-  auto found = ReadRows(transaction, kSelect, Params().Uuid(id));
+absl::StatusOr<std::optional<MachiningPassRow>> FindPass(Transaction& transaction, const std::string& id) {
+  auto found = ReadPasses(transaction, kSelectPass, Params().Uuid(id));
   if (!found.ok()) return found.status();
   if (found->empty()) return std::nullopt;
   return std::move(found->front());
 }
 
-absl::StatusOr<std::vector<MachiningPassRow>> ListAll(Transaction& transaction, const MachiningPassFilter& filter,
-                                                      std::int64_t before_sequence, int limit) {
+absl::StatusOr<std::vector<MachiningPassRow>> ListPasses(Transaction& transaction, const MachiningPassFilter& filter,
+                                                         std::int64_t before_sequence, int limit) {
   absl::StatusOr<Params> params = FilterParams(transaction, before_sequence, filter);
   if (!params.ok()) return params.status();
-  return ReadRows(transaction, kList, params->Text(filter.outcome).Int(limit));
+  return ReadPasses(transaction, kListPasses, params->Text(filter.outcome).Int(limit));
 }
 
-using Results = PostgresResults<MachiningPassRow, MachiningPassFilter, MachiningPassStore>;
+using PassResults = PostgresResults<MachiningPassRow, MachiningPassFilter, MachiningPassStore>;
 
-class PostgresMachiningPasses final : public Results {
+class PostgresMachiningPasses final : public PassResults {
  public:
-  using Results::Results;
+  using PassResults::PassResults;
 
   absl::StatusOr<std::optional<BlankPatchesRow>> Patches(const std::string& pass_id, Deadline deadline) const override {
-    return OneRead(database(), deadline, [&](Transaction& t) { return FindPatches(t, kSelectPatches, pass_id); });
+    return OneRead(database(), deadline, [&](Transaction& t) { return FindPatches(t, kSelectPassPatches, pass_id); });
   }
 };
 
@@ -160,19 +161,19 @@ class PostgresMachiningPasses final : public Results {
 
 absl::StatusOr<Recorded> InsertMachiningPass(Transaction& transaction, const MachiningPassRow& pass,
                                              const RecordEntry& entry) {
-  absl::Status status = transaction.Execute(kInsert, RowParams(pass)).status();
+  absl::Status status = transaction.Execute(kInsertPass, PassParams(pass)).status();
   if (status.ok())
-    status = transaction.Execute(kInsertScans, Params().Uuid(pass.pass_id).Texts(pass.scan_ids)).status();
+    status = transaction.Execute(kInsertPassScans, Params().Uuid(pass.pass_id).Texts(pass.scan_ids)).status();
   for (std::size_t i = 0; status.ok() && i < pass.regions.size(); ++i)
-    status = transaction.Execute(kInsertRegion, RegionParams(pass.pass_id, i, pass.regions[i])).status();
-  if (status.ok()) status = InsertPatches(transaction, kInsertPatches, pass.pass_id, pass.patches);
+    status = transaction.Execute(kInsertPassRegion, MachinedRegionParams(pass.pass_id, i, pass.regions[i])).status();
+  if (status.ok()) status = InsertPatches(transaction, kInsertPassPatches, pass.pass_id, pass.patches);
   if (!status.ok()) return status;
   return AppendRecord(transaction, pass.pass_id, entry);
 }
 
 std::shared_ptr<MachiningPassStore> MachiningPassesIn(Database* database) {
   return std::make_shared<PostgresMachiningPasses>(database,
-                                                   Results::Statements{InsertMachiningPass, FindOne, ListAll});
+                                                   PassResults::Statements{InsertMachiningPass, FindPass, ListPasses});
 }
 
 }  // namespace sixpoint::storage

@@ -38,13 +38,13 @@ constexpr char kListMeasurements[] = SIXPOINT_SELECT_MEASUREMENTS
     "record_sequence + 0 END) DESC LIMIT $11";
 #undef SIXPOINT_SELECT_MEASUREMENTS
 #undef SIXPOINT_MEASUREMENT_COLUMNS
-constexpr char kInsertValues[] =
+constexpr char kInsertMeasuredValues[] =
     "INSERT INTO measurement_values (measurement_id, position_index, characteristic, feature, unit, zone, value, "
     "expanded_uncertainty, reason) SELECT $1::uuid, (position - 1)::integer, characteristic, feature, unit, "
     "NULLIF(zone, ''), value, expanded, reason FROM unnest($2::text[], $3::text[], $4::text[], $5::text[], "
     "$6::double precision[], $7::double precision[], $8::text[]) WITH ORDINALITY AS one (characteristic, feature, "
     "unit, zone, value, expanded, reason, position)";
-constexpr char kSelectValues[] =
+constexpr char kSelectMeasuredValues[] =
     "SELECT measurement_id, characteristic, feature, unit, zone, value, expanded_uncertainty, reason FROM "
     "measurement_values WHERE measurement_id = ANY ($1::uuid[]) ORDER BY measurement_id, position_index";
 
@@ -68,7 +68,7 @@ Params MeasurementParams(const MeasurementImport& import, std::size_t index) {
   return params.Int(MeasuredCount(row));
 }
 
-Params ValuesParams(const MeasurementRow& row) {
+Params MeasuredValuesParams(const MeasurementRow& row) {
   std::vector<std::string> characteristics, features, units, zones, reasons;
   std::vector<std::optional<double>> values, expanded;
   for (const MeasuredValueRow& value : row.values) {
@@ -111,7 +111,7 @@ MeasurementRow ReadMeasurement(const Rows& rows, int row) {
   return measurement;
 }
 
-MeasuredValueRow ReadValue(const Rows& rows, int row) {
+MeasuredValueRow ReadMeasuredValue(const Rows& rows, int row) {
   MeasuredValueRow value;
   value.characteristic = rows.Text(row, 1);
   value.feature = rows.Text(row, 2);
@@ -132,9 +132,9 @@ absl::StatusOr<std::vector<MeasurementRow>> ReadMeasurements(Transaction& transa
   if (absl::Status read = rows->status(); !read.ok()) return read;
   const ParentRows<MeasurementRow> parents(&measurements, &MeasurementRow::measurement_id);
   if (parents.ids().empty() || !with_values) return measurements;
-  const absl::Status read = parents.Add(transaction.Execute(kSelectValues, Params().Uuids(parents.ids())),
+  const absl::Status read = parents.Add(transaction.Execute(kSelectMeasuredValues, Params().Uuids(parents.ids())),
                                         [](MeasurementRow& measurement, const Rows& values, int row) {
-                                          measurement.values.push_back(ReadValue(values, row));
+                                          measurement.values.push_back(ReadMeasuredValue(values, row));
                                         });
   if (!read.ok()) return read;
   return measurements;
@@ -232,7 +232,8 @@ absl::StatusOr<MeasurementImport> InsertMeasurements(Transaction& transaction, M
                                                      const RecordEntry& entry) {
   for (std::size_t i = 0; i < import.measurements.size(); ++i) {
     absl::Status status = transaction.Execute(kInsertMeasurement, MeasurementParams(import, i)).status();
-    if (status.ok()) status = transaction.Execute(kInsertValues, ValuesParams(import.measurements[i])).status();
+    if (status.ok())
+      status = transaction.Execute(kInsertMeasuredValues, MeasuredValuesParams(import.measurements[i])).status();
     if (!status.ok()) return status;
   }
   // The journal's lock is taken from here on.

@@ -8,7 +8,7 @@ namespace sixpoint::storage {
 namespace {
 
 constexpr char kMake[] = "SELECT make_partitions($1)";
-constexpr char kForget[] =
+constexpr char kForgetRequests[] =
     "SELECT drop_requests_before((date_trunc('month', clock_timestamp()) - make_interval(months => $1))::date)";
 constexpr char kSelectMonths[] =
     "SELECT replace(right(c.relname, 7), '_', '-'), count(*), sum(greatest(c.reltuples, 0))::bigint, "
@@ -38,7 +38,9 @@ absl::StatusOr<int> MakeMonths(Database& database, int months_ahead, Deadline de
   return made;
 }
 
-absl::StatusOr<int> ForgetRequests(Transaction& transaction) { return Count(transaction, kForget, kRequestMonths); }
+absl::StatusOr<int> ForgetRequests(Transaction& transaction) {
+  return Count(transaction, kForgetRequests, kRequestMonths);
+}
 
 absl::StatusOr<std::vector<MonthUse>> ListMonths(Transaction& transaction) {
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectMonths);

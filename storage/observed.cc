@@ -8,7 +8,7 @@ namespace {
 constexpr char kHead[] = "SELECT coalesce(max(record_sequence), 0) FROM record_names";
 // As `sixpoint doctor` asks (cli/doctor/gather_database.cc): by what there is, for the newest name says nothing of those before it.
 // Of the catalogue, where the view partitioned_tables finds them too: that one is the owner's alone.
-constexpr char kMonths[] =
+constexpr char kMonthsAhead[] =
     "WITH each_table AS MATERIALIZED (SELECT c.relname AS name FROM pg_partitioned_table p JOIN pg_class c ON c.oid = "
     "p.partrelid AND c.relnamespace = 'public'::regnamespace) "
     "SELECT (SELECT coalesce(min(m), 13) - 1 FROM generate_series(0, 12) AS m WHERE EXISTS (SELECT FROM each_table t "
@@ -44,7 +44,7 @@ absl::StatusOr<std::int64_t> RecordHead(Transaction& transaction) { return Numbe
 absl::StatusOr<std::int64_t> CountDamages(Transaction& transaction) { return Number(transaction, kDamages); }
 
 absl::StatusOr<std::optional<int>> MonthsAhead(Transaction& transaction) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kMonths);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kMonthsAhead);
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0 || rows->IsNull(0, 0)) return std::nullopt;
   return rows->Checked(std::optional<int>(static_cast<int>(rows->Int(0, 0))));

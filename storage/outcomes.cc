@@ -17,7 +17,7 @@ constexpr int kCorrectionsABlade = 5;
   "EXISTS (SELECT 1 FROM record_roots x JOIN calibration_events e ON e.calibration_id = x.root_id AND e.event " \
   "= 'WITHDRAWN' WHERE x.record_id = " id ")"
 // The machine's newest corrections by the journal's index, then their blades, then of each its newest inspection.
-constexpr char kSelectBlades[] =
+constexpr char kSelectOutcomeBlades[] =
     "WITH made AS MATERIALIZED (SELECT c.blade_serial, r.record_sequence FROM recorded r JOIN corrections c ON "
     "c.correction_id = r.record_id WHERE r.entry_kind = 'correction' AND r.entry_machine = $1 AND ($2 = '' OR "
     "c.part_id = $2) AND ($3::uuid IS NULL OR $3::uuid IN (c.sensor_calibration_id, c.rotation_calibration_id)) "
@@ -33,7 +33,7 @@ constexpr char kSelectBlades[] =
     "i.positioning_covered AS is_open FROM recorded r JOIN inspections i ON i.inspection_id = r.record_id WHERE "
     "r.entry_blade = b.blade_serial AND r.entry_kind = 'inspection' ORDER BY r.record_sequence DESC LIMIT 1) n ON true "
     "ORDER BY b.newest DESC";
-constexpr char kSelectHoles[] =
+constexpr char kSelectOutcomeHoles[] =
     "WITH seen AS MATERIALIZED (SELECT i.inspection_id, i.blade_serial, i.budget_sources, (SELECT "
     "min(n.record_sequence) FROM inspection_scans s JOIN record_names n ON n.record_id = s.scan_key WHERE "
     "s.inspection_id = i.inspection_id) AS first_scan FROM inspections i WHERE i.inspection_id = ANY ($1::uuid[])), "
@@ -66,7 +66,7 @@ constexpr char kSelectHoles[] =
     "(c.sensor_calibration_id, c.rotation_calibration_id)) AND ($5::timestamptz IS NULL OR c.recorded_at >= $5) AND "
     "($6::timestamptz IS NULL OR c.recorded_at < $6) "
     "ORDER BY c.inspection_id DESC, o.position_index LIMIT $7";
-constexpr char kSelectCalibrations[] =
+constexpr char kSelectOutcomeCalibrations[] =
     "SELECT u.id, calibration_state(u.id, statement_timestamp()), coalesce(r.a_direction, '{}'), "
     "coalesce(r.a_point_mm, '{}'), coalesce(r.b_direction, '{}'), coalesce(r.b_point_mm, '{}') FROM "
     "unnest($1::uuid[]) AS u (id) LEFT JOIN rotation_calibrations r ON r.calibration_id = u.id";
@@ -82,7 +82,7 @@ absl::StatusOr<std::vector<OutcomeBladeRow>> ReadBlades(Transaction& t, const Ou
   params.Text(filter.machine_id).Text(filter.part_id).OptionalUuid(filter.calibration_id);
   AddSpan(filter.corrected, &params);
   AddSight(*sight, &params);
-  const absl::StatusOr<Rows> rows = t.Execute(kSelectBlades, params.Int(most_corrections).Int(most_blades + 1));
+  const absl::StatusOr<Rows> rows = t.Execute(kSelectOutcomeBlades, params.Int(most_corrections).Int(most_blades + 1));
   if (!rows.ok()) return rows.status();
   std::vector<OutcomeBladeRow> blades;
   for (int row = 0; row < rows->count(); ++row) {
@@ -94,7 +94,7 @@ absl::StatusOr<std::vector<OutcomeBladeRow>> ReadBlades(Transaction& t, const Ou
   return rows->Checked(std::move(blades));
 }
 
-OutcomeHoleRow ReadHole(const Rows& rows, int row) {
+OutcomeHoleRow ReadOutcomeHole(const Rows& rows, int row) {
   OutcomeHoleRow hole;
   hole.blade_serial = rows.Text(row, 0);
   hole.inspection_id = rows.Text(row, 1);
@@ -129,9 +129,9 @@ absl::Status ReadHoles(Transaction& t, const OutcomeFilter& filter, Outcomes* ou
   Params params;
   params.Uuids(inspections).Text(filter.machine_id).Text(filter.part_id).OptionalUuid(filter.calibration_id);
   AddSpan(filter.corrected, &params);
-  const absl::StatusOr<Rows> rows = t.Execute(kSelectHoles, params.Int(kMostOutcomeHoles + 1));
+  const absl::StatusOr<Rows> rows = t.Execute(kSelectOutcomeHoles, params.Int(kMostOutcomeHoles + 1));
   if (!rows.ok()) return rows.status();
-  for (int row = 0; row < rows->count(); ++row) outcomes->holes.push_back(ReadHole(*rows, row));
+  for (int row = 0; row < rows->count(); ++row) outcomes->holes.push_back(ReadOutcomeHole(*rows, row));
   if (rows->count() > kMostOutcomeHoles) {
     outcomes->is_cut_off = true;
     // Whole blades alone.
@@ -149,7 +149,7 @@ absl::Status ReadCalibrations(Transaction& t, const std::string& machine_id, Out
     outcomes->newest_machine_revision = std::max(outcomes->newest_machine_revision, hole.machine_revision);
   }
   if (ids.empty()) return absl::OkStatus();
-  const absl::StatusOr<Rows> rows = t.Execute(kSelectCalibrations, Params().Uuids({ids.begin(), ids.end()}));
+  const absl::StatusOr<Rows> rows = t.Execute(kSelectOutcomeCalibrations, Params().Uuids({ids.begin(), ids.end()}));
   if (!rows.ok()) return rows.status();
   for (int row = 0; row < rows->count(); ++row)
     outcomes->calibrations.push_back({rows->Text(row, 0), rows->OptionalText(row, 1), rows->Reals(row, 2),

@@ -3,10 +3,10 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr char kSelect[] =
+constexpr char kSelectPersons[] =
     "SELECT pseudonym, user_name, first_seen_at, forgotten_at FROM persons WHERE pseudonym > $1 "
     "AND ($2 = '' OR user_name = $2) AND ($3 = '' OR pseudonym = $3) ORDER BY pseudonym LIMIT $4";
-constexpr char kForget[] = "SELECT forget_person($1)";
+constexpr char kForgetPerson[] = "SELECT forget_person($1)";
 
 }  // namespace
 
@@ -14,7 +14,7 @@ absl::StatusOr<std::vector<PersonRow>> ListPersons(Transaction& transaction, con
                                                    const std::string& after_pseudonym, int limit) {
   Params params;
   params.Text(after_pseudonym).Text(filter.user_name).Text(filter.pseudonym).Int(limit);
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelect, params);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPersons, params);
   if (!rows.ok()) return rows.status();
   std::vector<PersonRow> persons;
   for (int row = 0; row < rows->count(); ++row) {
@@ -28,7 +28,7 @@ absl::StatusOr<std::vector<PersonRow>> ListPersons(Transaction& transaction, con
 }
 
 absl::Status ForgetPerson(Transaction& transaction, const std::string& user_name) {
-  return transaction.Execute(kForget, Params().Text(user_name)).status();
+  return transaction.Execute(kForgetPerson, Params().Text(user_name)).status();
 }
 
 }  // namespace sixpoint::storage

@@ -93,14 +93,10 @@ absl::Status Claim(Transaction& transaction, const char* insert, const char* loc
   return transaction.Execute(insert, Params().Text(id)).status();
 }
 
-std::string NameOf(const std::string& kind, const std::string& id, int revision) {
-  return kind + "s/" + id + "@" + std::to_string(revision);
-}
-
 absl::StatusOr<Recorded> Journal(Transaction& transaction, const std::string& record_id, const std::string& kind,
                                  const std::string& id, int revision, RecordEntry entry) {
   entry.kind = kind;
-  entry.name = NameOf(kind, id, revision);
+  entry.name = RevisionName(kind, id, revision);
   return AppendRecord(transaction, record_id, entry);
 }
 
@@ -119,7 +115,7 @@ absl::StatusOr<MachineRow> InsertMachine(Transaction& transaction, MachineRow ma
   absl::StatusOr<std::optional<MachineRow>> newest = FindMachine(transaction, id, 0);
   if (!newest.ok()) return newest.status();
   if (*newest && (*newest)->content_sha256 == machine.content_sha256)
-    return AsBefore(transaction, entry, NameOf("machine", id, (*newest)->revision), **std::move(newest));
+    return AsBefore(transaction, entry, RevisionName("machine", id, (*newest)->revision), **std::move(newest));
   machine.revision = *newest ? (*newest)->revision + 1 : 1;
   const std::string record_id = NewUuid();
   Params params;
@@ -209,7 +205,7 @@ absl::StatusOr<ArtefactRow> InsertArtefact(Transaction& transaction, ArtefactRow
   absl::StatusOr<std::optional<ArtefactRow>> newest = FindArtefact(transaction, id, 0);
   if (!newest.ok()) return newest.status();
   if (*newest && (*newest)->content_sha256 == artefact.content_sha256)
-    return AsBefore(transaction, entry, NameOf("artefact", id, (*newest)->revision), **std::move(newest));
+    return AsBefore(transaction, entry, RevisionName("artefact", id, (*newest)->revision), **std::move(newest));
   artefact.revision = *newest ? (*newest)->revision + 1 : 1;
   const std::string record_id = NewUuid();
   Params params;

@@ -11,7 +11,6 @@ namespace sixpoint::storage {
 namespace {
 
 constexpr char kInsertBlade[] = "INSERT INTO blades (blade_serial, part_id, record_id) VALUES ($1, $2, $3)";
-constexpr char kLockBlade[] = "SELECT pg_advisory_xact_lock(hashtextextended('blades/' || $1, 0))";
 #define SIXPOINT_SELECT_BLADES                                                                                  \
   "SELECT blades.blade_serial, part_id, record_sequence, recorded_at, work_order, operation FROM blades "       \
   "JOIN record_names USING (record_id) LEFT JOIN LATERAL (SELECT o.work_order, o.operation FROM "               \
@@ -28,7 +27,7 @@ constexpr char kSelectBlades[] = SIXPOINT_SELECT_BLADES
     "ORDER BY blades.blade_serial LIMIT $12";
 // What takes a look into the journal is asked of so many blades at most: a page costs the same however rare what is wanted is. In each row
 // how many were looked at, and the last of them; one row without a blade where there is none.
-constexpr int kMostLookedAt = 1000;
+constexpr int kMostBladesLookedAt = 1000;
 const std::string& SelectBlades() {
   static const auto* const sql = new std::string(
       std::string("WITH looked AS MATERIALIZED (") + kSelectBlades +
@@ -122,7 +121,7 @@ absl::StatusOr<BladePage> ListBlades(Transaction& transaction, const BladeFilter
   AddSight(*sight, &params);
   params.Text(filter.work_order).Text(filter.serial_prefix).Text(filter.machine_id).Text(filter.verdict);
   const bool looks = !filter.machine_id.empty() || !filter.verdict.empty() || !filter.state.empty();
-  const int most_looked_at = looks ? std::max(kMostLookedAt, limit) : limit;
+  const int most_looked_at = looks ? std::max(kMostBladesLookedAt, limit) : limit;
   const absl::StatusOr<Rows> rows =
       transaction.Execute(SelectBlades(), params.Text(filter.state).Int(most_looked_at).Int(limit));
   if (!rows.ok()) return rows.status();

@@ -22,27 +22,27 @@ constexpr char kSelectTessellation[] =
     "WHERE cad_sha256 = $1 AND method "
     "= $2";
 
-constexpr char kInsertId[] = "INSERT INTO parts (part_id) VALUES ($1) ON CONFLICT DO NOTHING";
-constexpr char kLockId[] = "SELECT pg_advisory_xact_lock(hashtextextended('parts/' || $1, 0))";
-constexpr char kInsertRevision[] =
+constexpr char kInsertPartId[] = "INSERT INTO parts (part_id) VALUES ($1) ON CONFLICT DO NOTHING";
+constexpr char kLockPartId[] = "SELECT pg_advisory_xact_lock(hashtextextended('parts/' || $1, 0))";
+constexpr char kInsertPartRevision[] =
     "INSERT INTO part_revisions (part_id, revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, "
     "tessellation_method, zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_id, "
     "customer_id, thermal_expansion_um_per_m_k, thermal_expansion_standard_uncertainty_um_per_m_k, solid) "
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)";
-constexpr char kInsertGroup[] =
+constexpr char kInsertPartGroup[] =
     "INSERT INTO part_hole_groups (part_id, revision, group_index, hole_group, diameter_mm, depth_mm, a_nominal_deg, "
     "b_nominal_deg, axis_in_part, position_tolerance_mm, inclination_tolerance_deg, position_zone, "
     "gauge_pin_diameter_mm, gauge_pin_diameter_standard_uncertainty_um, gauge_pin_greatest_play_mm, "
     "gauge_pin_least_depth_mm, pin_clearance_standard_uncertainty_um, pin_tilt_standard_uncertainty_deg, "
     "gauge_pin_certificate_number, gauge_pin_calibrated_at, gauge_pin_expires_at) "
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21)";
-constexpr char kInsertHoles[] =
+constexpr char kInsertPartHoles[] =
     "INSERT INTO part_holes (part_id, revision, group_index, hole_index, hole, start_in_part_mm, normal_in_part) "
     "SELECT $1::text, $2::integer, $3::integer, (position - 1)::integer, hole, ARRAY[x, y, z], ARRAY[nx, ny, nz] "
     "FROM unnest($4::text[], $5::double precision[], $6::double precision[], $7::double precision[], "
     "$8::double precision[], $9::double precision[], $10::double precision[]) WITH ORDINALITY "
     "AS hole (hole, x, y, z, nx, ny, nz, position)";
-constexpr char kInsertDatum[] =
+constexpr char kInsertPartDatum[] =
     "INSERT INTO part_datum_points (part_id, revision, datum_index, datum, point_in_part_mm, normal_in_part) "
     "VALUES ($1, $2, $3, $4, $5, $6)";
 constexpr char kInsertStation[] =
@@ -52,24 +52,24 @@ constexpr char kInsertShapeRegion[] =
     "INSERT INTO part_shape_regions (part_id, revision, region_index, region, minimum_in_part_mm, maximum_in_part_mm, "
     "facing_in_part, facing_within_deg, kind, allowance_mm, lower_mm, upper_mm) VALUES ($1, $2, $3, $4, $5, $6, $7, "
     "$8, $9, $10, $11, $12)";
-constexpr char kSelectRevision[] =
+constexpr char kSelectPartRevision[] =
     "SELECT revision, content_sha256, cad_format, cad_unit_mm, cad_sha256, tessellation_method, "
     "zero_from_part_nominal_rotation, zero_from_part_nominal_translation_mm, record_sequence, recorded_at, "
     "(SELECT r.customer_id FROM restricted_parts r WHERE r.part_id = $1), thermal_expansion_um_per_m_k, "
     "thermal_expansion_standard_uncertainty_um_per_m_k, solid FROM part_revisions JOIN record_names USING "
     "(record_id) WHERE part_id = $1 AND ($2::integer = 0 OR revision = $2) "
     "ORDER BY revision DESC LIMIT 1";
-constexpr char kSelectGroups[] =
+constexpr char kSelectPartGroups[] =
     "SELECT hole_group, diameter_mm, depth_mm, a_nominal_deg, b_nominal_deg, axis_in_part, position_tolerance_mm, "
     "inclination_tolerance_deg, position_zone, gauge_pin_diameter_mm, gauge_pin_diameter_standard_uncertainty_um, "
     "gauge_pin_greatest_play_mm, gauge_pin_least_depth_mm, pin_clearance_standard_uncertainty_um, "
     "pin_tilt_standard_uncertainty_deg, gauge_pin_certificate_number, gauge_pin_calibrated_at, gauge_pin_expires_at "
     "FROM part_hole_groups WHERE part_id = $1 AND revision = $2 "
     "ORDER BY group_index";
-constexpr char kSelectHoles[] =
+constexpr char kSelectPartHoles[] =
     "SELECT group_index, hole, start_in_part_mm, normal_in_part FROM part_holes WHERE part_id = $1 AND revision = $2 "
     "ORDER BY group_index, hole_index";
-constexpr char kSelectDatums[] =
+constexpr char kSelectPartDatums[] =
     "SELECT datum, point_in_part_mm, normal_in_part FROM part_datum_points WHERE part_id = $1 AND revision = $2 "
     "ORDER BY datum_index";
 constexpr char kSelectStations[] =
@@ -97,7 +97,7 @@ absl::Status InsertHoles(Transaction& transaction, const PartRow& part) {
     else
       row.Null().Null();
     Add(group.gauge_pin ? group.gauge_pin->certificate : std::nullopt, &row);
-    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertGroup, row); !inserted.ok())
+    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertPartGroup, row); !inserted.ok())
       return inserted.status();
     std::vector<std::string> names;
     std::array<std::vector<double>, 6> values;  // start and normal
@@ -111,7 +111,7 @@ absl::Status InsertHoles(Transaction& transaction, const PartRow& part) {
     Params holes;
     holes.Text(part.part_id).Int(part.revision).Int(group_index++).Texts(names);
     for (const std::vector<double>& column : values) holes.Reals(column);
-    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertHoles, holes); !inserted.ok())
+    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertPartHoles, holes); !inserted.ok())
       return inserted.status();
   }
   return absl::OkStatus();
@@ -123,7 +123,7 @@ absl::Status InsertDatums(Transaction& transaction, const PartRow& part) {
     Params row;
     row.Text(part.part_id).Int(part.revision).Int(index++).Text(datum.datum);
     row.Reals(datum.point_in_part_mm).Reals(datum.normal_in_part);
-    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertDatum, row); !inserted.ok())
+    if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertPartDatum, row); !inserted.ok())
       return inserted.status();
   }
   return absl::OkStatus();
@@ -182,15 +182,15 @@ HoleGroupRow ReadGroup(const Rows& rows, int row) {
 
 absl::Status ReadChildren(Transaction& transaction, PartRow* part) {
   const Params key = Params().Text(part->part_id).Int(part->revision);
-  const absl::StatusOr<Rows> groups = transaction.Execute(kSelectGroups, key);
+  const absl::StatusOr<Rows> groups = transaction.Execute(kSelectPartGroups, key);
   if (!groups.ok()) return groups.status();
   for (int row = 0; row < groups->count(); ++row) part->hole_groups.push_back(ReadGroup(*groups, row));
-  const absl::StatusOr<Rows> holes = transaction.Execute(kSelectHoles, key);
+  const absl::StatusOr<Rows> holes = transaction.Execute(kSelectPartHoles, key);
   if (!holes.ok()) return holes.status();
   for (int row = 0; row < holes->count(); ++row)
     part->hole_groups[static_cast<std::size_t>(holes->Int(row, 0))].holes.push_back(
         {holes->Text(row, 1), holes->Reals(row, 2), holes->Reals(row, 3)});
-  const absl::StatusOr<Rows> datums = transaction.Execute(kSelectDatums, key);
+  const absl::StatusOr<Rows> datums = transaction.Execute(kSelectPartDatums, key);
   if (!datums.ok()) return datums.status();
   for (int row = 0; row < datums->count(); ++row)
     part->datum_points.push_back({datums->Text(row, 0), datums->Reals(row, 1), datums->Reals(row, 2)});
@@ -248,7 +248,7 @@ absl::StatusOr<std::optional<TessellationRow>> FindTessellation(Transaction& tra
 
 absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, RecordEntry entry) {
   const std::string& id = part.part_id;
-  for (const char* sql : {kLockId, kInsertId}) {
+  for (const char* sql : {kLockPartId, kInsertPartId}) {
     if (const absl::StatusOr<Rows> done = transaction.Execute(sql, Params().Text(id)); !done.ok()) return done.status();
   }
   absl::StatusOr<std::optional<PartRow>> newest = FindPart(transaction, id, 0);
@@ -273,7 +273,7 @@ absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, Recor
   params.OptionalText(part.customer_id);
   Add(part.thermal_expansion, &params);
   params.OptionalText(part.solid);
-  if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertRevision, params); !inserted.ok())
+  if (const absl::StatusOr<Rows> inserted = transaction.Execute(kInsertPartRevision, params); !inserted.ok())
     return inserted.status();
   if (const absl::Status holes = InsertHoles(transaction, part); !holes.ok()) return holes;
   if (const absl::Status datums = InsertDatums(transaction, part); !datums.ok()) return datums;
@@ -286,7 +286,7 @@ absl::StatusOr<PartRow> InsertPart(Transaction& transaction, PartRow part, Recor
 }
 
 absl::StatusOr<std::optional<PartRow>> FindPart(Transaction& transaction, const std::string& id, int revision) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectRevision, Params().Text(id).Int(revision));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPartRevision, Params().Text(id).Int(revision));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
   PartRow part;

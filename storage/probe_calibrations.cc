@@ -28,7 +28,7 @@ constexpr char kInsertChecks[] =
 constexpr char kSelectReadings[] =
     "SELECT face, displacement_mm, residual_um FROM probe_calibration_readings WHERE calibration_id = $1 "
     "ORDER BY position_index";
-constexpr char kSelectChecks[] =
+constexpr char kSelectProbeChecks[] =
     "SELECT face, reading_count, angle_urad, origin_distance_um, distance_um, residual_range_um "
     "FROM probe_calibration_checks WHERE calibration_id = $1 ORDER BY position_index";
 
@@ -104,7 +104,7 @@ absl::Status ReadProbeResiduals(Transaction& transaction, const std::string& cal
   if (!readings.ok()) return readings.status();
   for (int row = 0; row < readings->count(); ++row)
     probe->readings.push_back({readings->Text(row, 0), readings->Real(row, 1), readings->Real(row, 2)});
-  const absl::StatusOr<Rows> checks = transaction.Execute(kSelectChecks, Params().Uuid(calibration_id));
+  const absl::StatusOr<Rows> checks = transaction.Execute(kSelectProbeChecks, Params().Uuid(calibration_id));
   if (!checks.ok()) return checks.status();
   for (int row = 0; row < checks->count(); ++row)
     probe->checks.push_back({checks->Text(row, 0), static_cast<int>(checks->Int(row, 1)), checks->Real(row, 2),

@@ -24,11 +24,11 @@ constexpr char kSelectFirstAt[] =
     "SELECT record_sequence FROM record_names WHERE recorded_at >= $1 ORDER BY recorded_at, record_sequence LIMIT 1";
 
 // What a reader from whom the parts $4 are hidden may see, and the kinds $3 of it that are wanted.
-#define SIXPOINT_SEEN                                                                                         \
+#define SIXPOINT_ENTRY_SEEN                                                                                   \
   "(cardinality($4::text[]) = 0 OR CASE WHEN e.blade_serial IS NULL "                                         \
   "THEN coalesce(NOT parts_of_record(e.record_id) && $4::text[], false) ELSE EXISTS (SELECT 1 FROM blades b " \
   "WHERE b.blade_serial = e.blade_serial AND b.part_id <> ALL ($4::text[])) END)"
-#define SIXPOINT_WANTED "(cardinality($3::text[]) = 0 OR e.kind = ANY ($3::text[])) AND " SIXPOINT_SEEN
+#define SIXPOINT_WANTED "(cardinality($3::text[]) = 0 OR e.kind = ANY ($3::text[])) AND " SIXPOINT_ENTRY_SEEN
 // From $5 (past it) to $6 (before it): of $1, which are few, and of each root of $2 its next in order, of which the first are kept.
 #define SIXPOINT_HITS                                                                                               \
   "SELECT e.record_id, e.record_sequence FROM unnest($1::uuid[]) near JOIN record_entries e ON e.record_id = near " \
@@ -37,7 +37,7 @@ constexpr char kSelectFirstAt[] =
   "SELECT r.record_id, r.record_sequence FROM record_roots r JOIN record_entries e ON e.record_id = r.record_id "   \
   "WHERE r.root_id = root AND r.record_sequence > $5 AND r.record_sequence < $6 AND " SIXPOINT_WANTED               \
   " ORDER BY r.record_sequence LIMIT $7) h"
-constexpr char kSelectPage[] = "WITH hits AS (" SIXPOINT_HITS " ORDER BY 2 LIMIT $7) " SIXPOINT_ENTRY_COLUMNS
+constexpr char kSelectHits[] = "WITH hits AS (" SIXPOINT_HITS " ORDER BY 2 LIMIT $7) " SIXPOINT_ENTRY_COLUMNS
                                "JOIN hits h ON h.record_id = e.record_id ORDER BY e.record_sequence";
 constexpr char kSelectPageOfAll[] =
     "WITH hits AS (SELECT e.record_id, e.record_sequence FROM record_names n JOIN record_entries e "
@@ -68,7 +68,7 @@ constexpr char kSelectMadeFrom[] =
     ") OR i.record_id IN (SELECT record_id FROM of_blade) "
     "UNION SELECT i.input_id FROM up JOIN record_inputs i ON i.record_id = up.record_id) " SIXPOINT_ENTRY_COLUMNS
     "WHERE e.record_id IN (SELECT record_id FROM up UNION SELECT record_id FROM of_blade) AND e.record_sequence > $3 "
-    "AND n.name <> $1 AND " SIXPOINT_SEEN " ORDER BY e.record_sequence LIMIT $5";
+    "AND n.name <> $1 AND " SIXPOINT_ENTRY_SEEN " ORDER BY e.record_sequence LIMIT $5";
 
 struct Start {
   std::vector<std::string> near, roots;
@@ -114,7 +114,7 @@ absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(Transaction& transaction, 
     return made;
   };
   absl::StatusOr<std::vector<JournalEntry>> entries =
-      ReadEntries(transaction, name.empty() ? kSelectPageOfAll : kSelectPage,
+      ReadEntries(transaction, name.empty() ? kSelectPageOfAll : kSelectHits,
                   params(std::max(page.after_sequence, before_span), past_span, page.limit));
   if (!entries.ok() || past_span == kPastAll) return entries;
   const std::int64_t left = page.limit - static_cast<std::int64_t>(entries->size());

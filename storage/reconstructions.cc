@@ -22,7 +22,7 @@ namespace {
   "level_count, pass_count, of_any_shape, lacking_um, control_reach_mm, tolerance_at_least_um, "              \
   "tolerance_at_most_um, stock_at_least_um, stock_at_most_um, patches_sha256, lattice_sha256, requested_by, " \
   "software_version, computed_on"
-constexpr char kInsert[] =
+constexpr char kInsertReconstruction[] =
     "INSERT INTO reconstructions (" SIXPOINT_RECONSTRUCTION_COLUMNS
     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, "
     "$23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39, $40, $41)";
@@ -30,24 +30,24 @@ constexpr char kInsert[] =
   "SELECT " SIXPOINT_RECONSTRUCTION_COLUMNS                                                   \
   ", record_sequence, recorded_at, name_of(requested_by), entry_order, entry_operation FROM " \
   "reconstructions JOIN recorded r ON r.record_id = reconstruction_id WHERE "
-constexpr char kSelect[] = SIXPOINT_SELECT_RECONSTRUCTIONS "reconstruction_id = $1";
-constexpr char kList[] = SIXPOINT_SELECT_RECONSTRUCTIONS SIXPOINT_RESULT_FILTER(
+constexpr char kSelectReconstruction[] = SIXPOINT_SELECT_RECONSTRUCTIONS "reconstruction_id = $1";
+constexpr char kListReconstructions[] = SIXPOINT_SELECT_RECONSTRUCTIONS SIXPOINT_RESULT_FILTER(
     "reconstructions", "reconstruction") "AND ($10 = '' OR outcome = $10) " SIXPOINT_NEWEST_FIRST "LIMIT $11";
 #undef SIXPOINT_SELECT_RECONSTRUCTIONS
 #undef SIXPOINT_RECONSTRUCTION_COLUMNS
-constexpr char kInsertScans[] =
+constexpr char kInsertReconstructionScans[] =
     "INSERT INTO reconstruction_scans (reconstruction_id, position_index, scan_key) "
     "SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
         "scan") " FROM unnest($2::text[]) WITH ORDINALITY AS scans (scan, position)";
-constexpr char kSelectScans[] = "SELECT reconstruction_id, " SIXPOINT_SCAN_ID(
+constexpr char kSelectReconstructionScans[] = "SELECT reconstruction_id, " SIXPOINT_SCAN_ID(
     "scan_key") " FROM reconstruction_scans WHERE reconstruction_id = ANY ($1::uuid[]) ORDER BY reconstruction_id, "
                 "position_index";
-constexpr char kInsertRegion[] =
+constexpr char kInsertReconstructionRegion[] =
     "INSERT INTO reconstruction_regions (reconstruction_id, position_index, region, minimum_in_part_mm, "
     "maximum_in_part_mm, facing_in_part, facing_within_deg, kind, allowance_mm, lower_mm, upper_mm, area_mm2, "
     "seen_part, patch_count, least_allowance_um, least_spare_um, greatest_band_use, worst_fixed_um, worst_datum_um) "
     "VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19)";
-constexpr char kSelectRegions[] =
+constexpr char kSelectReconstructionRegions[] =
     "SELECT reconstruction_id, region, minimum_in_part_mm, maximum_in_part_mm, facing_in_part, facing_within_deg, "
     "kind, allowance_mm, lower_mm, upper_mm, area_mm2, seen_part, patch_count, least_allowance_um, least_spare_um, "
     "greatest_band_use, worst_fixed_um, worst_datum_um FROM reconstruction_regions WHERE reconstruction_id = ANY "
@@ -59,12 +59,11 @@ constexpr char kSelectHolds[] =
     "SELECT reconstruction_id, region_index, limit_kind, upper, limit_mm, share, place_in_part_mm, normal_in_part, "
     "patch FROM reconstruction_holds WHERE reconstruction_id = ANY ($1::uuid[]) ORDER BY reconstruction_id, "
     "position_index";
-constexpr char kInsertPatches[] =
+constexpr char kInsertBlankPatches[] =
     "INSERT INTO blank_patches (reconstruction_id, points_in_part_mm, normals_in_part, expanded_uncertainties_um, "
     "stock_um, regions) VALUES ($1, $2, $3, $4, $5, $6::double precision[]::integer[])";
-constexpr char kSelectPatches[] = "SELECT " SIXPOINT_PATCH_COLUMNS " FROM blank_patches WHERE reconstruction_id = $1";
-
-std::vector<double> ListOf(const std::array<double, 3>& three) { return {three.begin(), three.end()}; }
+constexpr char kSelectBlankPatches[] =
+    "SELECT " SIXPOINT_PATCH_COLUMNS " FROM blank_patches WHERE reconstruction_id = $1";
 
 void AddRelaxation(const std::optional<ShapeProofRow::Relaxation>& relaxation, Params* params) {
   if (relaxation)
@@ -73,7 +72,7 @@ void AddRelaxation(const std::optional<ShapeProofRow::Relaxation>& relaxation, P
     params->Null().Null();
 }
 
-Params RowParams(const ReconstructionRow& row) {
+Params ReconstructionParams(const ReconstructionRow& row) {
   Params params;
   params.Uuid(row.reconstruction_id).Text(row.blade_serial).Uuid(row.registration_id).Text(row.machine_id);
   params.Int(row.machine_revision).Text(row.part_id).Int(row.part_revision).Uuid(row.sensor_calibration_id);
@@ -107,7 +106,7 @@ std::optional<ShapeProofRow> ReadProof(const Rows& rows, int row, int column) {
   return proof;
 }
 
-ReconstructionRow ReadRow(const Rows& rows, int row) {
+ReconstructionRow ReadReconstruction(const Rows& rows, int row) {
   ReconstructionRow found;
   found.reconstruction_id = rows.Text(row, 0);
   found.blade_serial = rows.Text(row, 1);
@@ -146,7 +145,7 @@ ReconstructionRow ReadRow(const Rows& rows, int row) {
   return found;
 }
 
-Params RegionParams(const std::string& id, std::size_t index, const ReconstructionRegionRow& region) {
+Params ReconstructionRegionParams(const std::string& id, std::size_t index, const ReconstructionRegionRow& region) {
   Params params;
   params.Uuid(id).Int(static_cast<std::int64_t>(index));
   AddShapeRegion(region.applied, &params);
@@ -155,7 +154,7 @@ Params RegionParams(const std::string& id, std::size_t index, const Reconstructi
   return params.Real(region.greatest_band_use).OptionalReal(region.worst_fixed_um).OptionalReal(region.worst_datum_um);
 }
 
-ReconstructionRegionRow ReadRegion(const Rows& rows, int row) {
+ReconstructionRegionRow ReadReconstructionRegion(const Rows& rows, int row) {
   ReconstructionRegionRow region;
   region.applied = ShapeRegionAt(rows, row, 1);
   region.area_mm2 = rows.Real(row, 10);
@@ -190,23 +189,23 @@ ReconstructionHoldRow ReadHold(const Rows& rows, int row) {
   return hold;
 }
 
-absl::StatusOr<std::vector<ReconstructionRow>> ReadRows(Transaction& transaction, const char* sql,
-                                                        const Params& params) {
+absl::StatusOr<std::vector<ReconstructionRow>> ReadReconstructions(Transaction& transaction, const char* sql,
+                                                                   const Params& params) {
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
   if (!rows.ok()) return rows.status();
   std::vector<ReconstructionRow> all;
-  for (int row = 0; row < rows->count(); ++row) all.push_back(ReadRow(*rows, row));
+  for (int row = 0; row < rows->count(); ++row) all.push_back(ReadReconstruction(*rows, row));
   if (absl::Status read = rows->status(); !read.ok()) return read;
   const ParentRows<ReconstructionRow> parents(&all, &ReconstructionRow::reconstruction_id);
   if (parents.ids().empty()) return all;
   const Params ids = Params().Uuids(parents.ids());
   absl::Status read = parents.Add(
-      transaction.Execute(kSelectScans, ids),
+      transaction.Execute(kSelectReconstructionScans, ids),
       [](ReconstructionRow& parent, const Rows& scan, int row) { parent.scan_ids.push_back(scan.Text(row, 1)); });
   if (read.ok())
-    read = parents.Add(transaction.Execute(kSelectRegions, ids),
+    read = parents.Add(transaction.Execute(kSelectReconstructionRegions, ids),
                        [](ReconstructionRow& parent, const Rows& region, int row) {
-                         parent.regions.push_back(ReadRegion(region, row));
+                         parent.regions.push_back(ReadReconstructionRegion(region, row));
                        });
   if (read.ok())
     read = parents.Add(
@@ -216,18 +215,19 @@ absl::StatusOr<std::vector<ReconstructionRow>> ReadRows(Transaction& transaction
   return all;
 }
 
-absl::StatusOr<std::optional<ReconstructionRow>> FindOne(Transaction& transaction, const std::string& id) {
-  auto found = ReadRows(transaction, kSelect, Params().Uuid(id));
+absl::StatusOr<std::optional<ReconstructionRow>> FindReconstruction(Transaction& transaction, const std::string& id) {
+  auto found = ReadReconstructions(transaction, kSelectReconstruction, Params().Uuid(id));
   if (!found.ok()) return found.status();
   if (found->empty()) return std::nullopt;
   return std::move(found->front());
 }
 
-absl::StatusOr<std::vector<ReconstructionRow>> ListAll(Transaction& transaction, const ReconstructionFilter& filter,
-                                                       std::int64_t before_sequence, int limit) {
+absl::StatusOr<std::vector<ReconstructionRow>> ListReconstructions(Transaction& transaction,
+                                                                   const ReconstructionFilter& filter,
+                                                                   std::int64_t before_sequence, int limit) {
   absl::StatusOr<Params> params = FilterParams(transaction, before_sequence, filter);
   if (!params.ok()) return params.status();
-  return ReadRows(transaction, kList, params->Text(filter.outcome).Int(limit));
+  return ReadReconstructions(transaction, kListReconstructions, params->Text(filter.outcome).Int(limit));
 }
 
 // Before the row that names it.
@@ -239,16 +239,16 @@ absl::Status PutLattice(Transaction& transaction, const ReconstructionRow& row) 
   return absl::InternalError("lattice: " + *put + ", want the digest " + row.lattice_sha256);
 }
 
-using Results = PostgresResults<ReconstructionRow, ReconstructionFilter, ReconstructionStore>;
+using ReconstructionResults = PostgresResults<ReconstructionRow, ReconstructionFilter, ReconstructionStore>;
 
-class PostgresReconstructions final : public Results {
+class PostgresReconstructions final : public ReconstructionResults {
  public:
-  using Results::Results;
+  using ReconstructionResults::ReconstructionResults;
 
   absl::StatusOr<std::optional<BlankPatchesRow>> Patches(const std::string& reconstruction_id,
                                                          Deadline deadline) const override {
     return OneRead(database(), deadline,
-                   [&](Transaction& t) { return FindPatches(t, kSelectPatches, reconstruction_id); });
+                   [&](Transaction& t) { return FindPatches(t, kSelectBlankPatches, reconstruction_id); });
   }
   absl::StatusOr<std::string> Lattice(const std::string& lattice_sha256, Deadline deadline) const override {
     return OneRead(database(), deadline, [&](Transaction& t) { return GetBlob(t, lattice_sha256); });
@@ -261,21 +261,23 @@ absl::StatusOr<Recorded> InsertReconstruction(Transaction& transaction, const Re
                                               const RecordEntry& entry) {
   const std::string& id = reconstruction.reconstruction_id;
   absl::Status status = PutLattice(transaction, reconstruction);
-  if (status.ok()) status = transaction.Execute(kInsert, RowParams(reconstruction)).status();
+  if (status.ok()) status = transaction.Execute(kInsertReconstruction, ReconstructionParams(reconstruction)).status();
   if (status.ok())
-    status = transaction.Execute(kInsertScans, Params().Uuid(id).Texts(reconstruction.scan_ids)).status();
+    status = transaction.Execute(kInsertReconstructionScans, Params().Uuid(id).Texts(reconstruction.scan_ids)).status();
   for (std::size_t i = 0; status.ok() && i < reconstruction.regions.size(); ++i)
-    status = transaction.Execute(kInsertRegion, RegionParams(id, i, reconstruction.regions[i])).status();
+    status =
+        transaction.Execute(kInsertReconstructionRegion, ReconstructionRegionParams(id, i, reconstruction.regions[i]))
+            .status();
   for (std::size_t i = 0; status.ok() && i < reconstruction.holds.size(); ++i)
     status = transaction.Execute(kInsertHold, HoldParams(id, i, reconstruction.holds[i])).status();
-  if (status.ok()) status = InsertPatches(transaction, kInsertPatches, id, reconstruction.patches);
+  if (status.ok()) status = InsertPatches(transaction, kInsertBlankPatches, id, reconstruction.patches);
   if (!status.ok()) return status;
   return AppendRecord(transaction, id, entry);
 }
 
 std::shared_ptr<ReconstructionStore> ReconstructionsIn(Database* database) {
-  return std::make_shared<PostgresReconstructions>(database,
-                                                   Results::Statements{InsertReconstruction, FindOne, ListAll});
+  return std::make_shared<PostgresReconstructions>(
+      database, ReconstructionResults::Statements{InsertReconstruction, FindReconstruction, ListReconstructions});
 }
 
 }  // namespace sixpoint::storage

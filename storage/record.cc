@@ -6,6 +6,7 @@
 
 #include "storage/clearances.h"
 #include "storage/entries.h"
+#include "storage/optional_text.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -16,7 +17,7 @@ constexpr char kAppend[] =
     "$10::jsonb, $11::text[], $12, $13::uuid, $14::bytea, $15, $16, $17)";
 
 constexpr char kSelectEntry[] = SIXPOINT_ENTRY_COLUMNS "WHERE n.name = $1";
-constexpr char kSelectBlade[] =
+constexpr char kSelectEntriesOfBlade[] =
     SIXPOINT_ENTRY_COLUMNS "WHERE e.blade_serial = $1 AND e.record_sequence > $2 ORDER BY e.record_sequence LIMIT $3";
 constexpr char kSelectOrder[] = SIXPOINT_ENTRY_COLUMNS
     "WHERE e.work_order = $1 AND ($2 = '' OR e.operation = $2) AND (cardinality($3::text[]) = 0 OR e.kind = ANY "
@@ -30,10 +31,6 @@ constexpr char kSelectKnownRoot[] =
     "SELECT 1 WHERE EXISTS (SELECT 1 FROM record_roots WHERE root_id = root_of($1)) OR EXISTS "
     "(SELECT 1 FROM machine_revisions WHERE $1 IN ('sensors/' || sensor_serial_number, 'probes/' || "
     "touch_probe_serial_number))";
-
-void AddOptional(Params& params, const std::optional<std::string>& value) {
-  value ? params.Text(*value) : params.Null();
-}
 
 std::optional<std::string> TraceOf(const RecordEntry& entry) {
   if (entry.trace_id || !entry.request || entry.request->trace_id.empty()) return entry.trace_id;
@@ -84,8 +81,8 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::strin
     if (std::find(inputs.begin(), inputs.end(), input) == inputs.end()) inputs.push_back(input);
   Params params;
   params.Uuid(record_id).Text(entry.name).Text(entry.kind);
-  AddOptional(params, entry.blade);
-  AddOptional(params, entry.machine);
+  AddOptionalText(entry.blade, &params);
+  AddOptionalText(entry.machine, &params);
   params.Text(entry.method).Text(entry.software_version).Text(entry.requested_by);
   entry.measured_at ? params.Time(*entry.measured_at) : params.Null();
   params.Json(entry.summary_json).Texts(inputs);
@@ -93,7 +90,7 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::strin
     params.Text(entry.request->call).Text(entry.request->request_id).Digest(entry.request->sha256);
   else
     params.Null().Null().Null();
-  AddOptional(params, TraceOf(entry));
+  AddOptionalText(TraceOf(entry), &params);
   params.OptionalText(entry.work_order).OptionalText(entry.operation);
   const absl::StatusOr<Rows> rows = transaction.Execute(kAppend, params);
   if (!rows.ok()) return rows.status();
@@ -150,7 +147,8 @@ absl::StatusOr<std::vector<JournalEntry>> EntriesOfOrder(Transaction& transactio
 
 absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial,
                                                         const JournalPage& page) {
-  return ReadEntries(transaction, kSelectBlade, Params().Text(serial).Int(page.after_sequence).Int(page.limit));
+  return ReadEntries(transaction, kSelectEntriesOfBlade,
+                     Params().Text(serial).Int(page.after_sequence).Int(page.limit));
 }
 
 }  // namespace sixpoint::storage

@@ -45,6 +45,10 @@ struct RecordEntry {
   // That its blade is worked on for; empty when it is appended: the newest that was assigned to the blade.
   std::string work_order = {}, operation = {};
 };
+// The name of a revision, by the kind of its entry: "drawings/D@2".
+inline std::string RevisionName(const std::string& kind, const std::string& id, int revision) {
+  return kind + "s/" + id + "@" + std::to_string(revision);
+}
 struct Recorded {
   std::int64_t sequence = 0;
   Instant recorded_at;  // the database's clock

@@ -35,14 +35,14 @@ constexpr char kListRegistrations[] =
     SIXPOINT_NEWEST_FIRST "LIMIT $13";
 #undef SIXPOINT_SELECT_REGISTRATIONS
 #undef SIXPOINT_REGISTRATION_COLUMNS
-constexpr char kInsertScan[] =
+constexpr char kInsertRegistrationScan[] =
     "INSERT INTO registration_scans (registration_id, position_index, scan_key, point_count, points_used, "
     "residual_median_um) VALUES ($1, $2, " SIXPOINT_SCAN_KEY("$3") ", $4, $5, $6)";
 constexpr char kInsertAgreement[] =
     "INSERT INTO registration_agreements (registration_id, position_index, scan_key, other_scan_key, patch_count, "
     "difference_rms_um, expected_rms_um) VALUES ($1, $2, " SIXPOINT_SCAN_KEY("$3") ", " SIXPOINT_SCAN_KEY(
         "$4") ", $5, $6, $7)";
-constexpr char kInsertDatum[] =
+constexpr char kInsertRegistrationDatum[] =
     "INSERT INTO registration_datums (registration_id, position_index, datum_name, distance_um, "
     "standard_uncertainty_um, point_count) VALUES ($1, $2, $3, $4, $5, $6)";
 constexpr char kInsertAngle[] =
@@ -55,11 +55,11 @@ constexpr char kInsertErrorSource[] =
 constexpr char kSelectErrorSources[] =
     "SELECT registration_id, source_name, degrees_of_freedom, draw_count, parameters_per_sigma, pose_per_sigma "
     "FROM registration_error_sources WHERE registration_id = ANY ($1::uuid[]) ORDER BY registration_id, position_index";
-constexpr char kSelectScans[] =
+constexpr char kSelectRegistrationScans[] =
     "SELECT registration_id, " SIXPOINT_SCAN_ID("scan_key")
     ", point_count, points_used, residual_median_um FROM registration_scans "
     "WHERE registration_id = ANY ($1::uuid[]) ORDER BY registration_id, position_index";
-constexpr char kSelectDatums[] =
+constexpr char kSelectRegistrationDatums[] =
     "SELECT registration_id, datum_name, distance_um, standard_uncertainty_um, point_count FROM registration_datums "
     "WHERE registration_id = ANY ($1::uuid[]) ORDER BY registration_id, position_index";
 constexpr char kSelectAgreements[] =
@@ -152,8 +152,8 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>
   const ParentRows<RegistrationRow> parents(registrations, &RegistrationRow::registration_id);
   if (parents.ids().empty()) return absl::OkStatus();
   const Params ids = Params().Uuids(parents.ids());
-  absl::Status read =
-      parents.Add(transaction.Execute(kSelectScans, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
+  absl::Status read = parents.Add(
+      transaction.Execute(kSelectRegistrationScans, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
         registration.scans.push_back({rows.Text(row, 1), rows.Int(row, 2), rows.Int(row, 3), rows.Real(row, 4)});
       });
   if (!read.ok()) return read;
@@ -163,10 +163,10 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>
             {rows.Text(row, 1), rows.Text(row, 2), rows.Int(row, 3), rows.Real(row, 4), rows.Real(row, 5)});
       });
   if (!read.ok()) return read;
-  read = parents.Add(
-      transaction.Execute(kSelectDatums, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
-        registration.datums.push_back({rows.Text(row, 1), rows.Real(row, 2), rows.Real(row, 3), rows.Int(row, 4)});
-      });
+  read = parents.Add(transaction.Execute(kSelectRegistrationDatums, ids), [](RegistrationRow& registration,
+                                                                             const Rows& rows, int row) {
+    registration.datums.push_back({rows.Text(row, 1), rows.Real(row, 2), rows.Real(row, 3), rows.Int(row, 4)});
+  });
   if (!read.ok()) return read;
   read = parents.Add(transaction.Execute(kSelectErrorSources, ids),
                      [](RegistrationRow& registration, const Rows& rows, int row) {
@@ -211,7 +211,8 @@ absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const Regi
     Params params;
     params.Uuid(registration.registration_id).Int(position++).Text(scan.scan_id).Int(scan.point_count);
     params.Int(scan.points_used).Real(scan.residual_median_um);
-    if (const auto inserted = transaction.Execute(kInsertScan, params); !inserted.ok()) return inserted.status();
+    if (const auto inserted = transaction.Execute(kInsertRegistrationScan, params); !inserted.ok())
+      return inserted.status();
   }
   position = 0;
   for (const RegistrationAgreementRow& agreement : registration.agreements) {
@@ -225,7 +226,8 @@ absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const Regi
     Params params;
     params.Uuid(registration.registration_id).Int(position++).Text(datum.datum_name).Real(datum.distance_um);
     params.Real(datum.standard_uncertainty_um).Int(datum.point_count);
-    if (const auto inserted = transaction.Execute(kInsertDatum, params); !inserted.ok()) return inserted.status();
+    if (const auto inserted = transaction.Execute(kInsertRegistrationDatum, params); !inserted.ok())
+      return inserted.status();
   }
   position = 0;
   for (const RegistrationAngleRow& angle : registration.angles) {

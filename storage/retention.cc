@@ -13,7 +13,7 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr int kBatch = 100;
+constexpr int kDeletedAtOnce = 100;
 
 constexpr char kSelectDeletion[] =
     "SELECT s.scan_id, d.reason, name_of(d.requested_by), coalesce(d.policy_kind, ''), coalesce(d.policy_revision, 0), "
@@ -45,10 +45,10 @@ constexpr char kForgetLoose[] = "DELETE FROM loose_blobs WHERE sha256 = ANY ($1:
 constexpr char kDeleteBytes[] =
     "UPDATE blobs b SET bytes = NULL, deleted_at = clock_timestamp(), deletion_reason = $2 "
     "WHERE b.sha256 = ANY ($1::bytea[]) AND b.deleted_at IS NULL";
-constexpr char kReturning[] = " RETURNING b.sha256, b.size_bytes, b.store, coalesce(b.object_id::text, '')";
+constexpr char kReturningDeletedBytes[] = " RETURNING b.sha256, b.size_bytes, b.store, coalesce(b.object_id::text, '')";
 constexpr char kLeftOverReason[] = "points of its scans were deleted";
 
-constexpr char kSelectInForce[] =
+constexpr char kSelectPoliciesInForce[] =
     "SELECT p.scan_kind, p.revision, p.keep_days, coalesce(g.after_scan_key, '00000000-0000-0000-0000-000000000000') "
     "FROM retention_policies p LEFT JOIN retention_progress g "
     "ON g.scan_kind = p.scan_kind AND g.policy_revision = p.revision "
@@ -100,7 +100,7 @@ absl::StatusOr<Freed> DeleteBytes(Transaction& transaction, const std::string& u
   if (digests.empty()) return freed;
   if (absl::Status announced = AnnounceBlobChange(transaction, "delete_bytes"); !announced.ok()) return announced;
   const absl::StatusOr<Rows> gone =
-      transaction.Execute(kDeleteBytes + unneeded + kReturning, Params().Digests(digests).Text(reason));
+      transaction.Execute(kDeleteBytes + unneeded + kReturningDeletedBytes, Params().Digests(digests).Text(reason));
   if (!gone.ok()) return gone.status();
   if (absl::Status done = AnnounceBlobChange(transaction, ""); !done.ok()) return done;
   for (int row = 0; row < gone->count(); ++row) {
@@ -165,7 +165,7 @@ absl::Status SweepLoose(Database* database, ObjectStore* objects, const Retentio
     if (!conditions.ok()) return conditions.status();
     const absl::StatusOr<Rows> loose =
         transaction->Execute(std::string(kSelectLoose) + kReferredTo + conditions->unreferenced + kLooseInOrder,
-                             Params().Digest(after_sha256).Int(kBatch));
+                             Params().Digest(after_sha256).Int(kDeletedAtOnce));
     if (!loose.ok()) return loose.status();
     if (loose->count() == 0) return absl::OkStatus();
     const std::vector<std::string> digests = DigestsOf(*loose);
@@ -189,7 +189,7 @@ struct PolicyInForce {
 };
 
 absl::StatusOr<std::vector<PolicyInForce>> PoliciesInForce(Transaction& transaction) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectInForce);
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPoliciesInForce);
   if (!rows.ok()) return rows.status();
   std::vector<PolicyInForce> in_force;
   for (int row = 0; row < rows->count(); ++row) {
@@ -214,7 +214,7 @@ absl::StatusOr<std::vector<DueScan>> DueScans(Transaction& transaction, const Po
                                                                         .Text(in_force.policy.scan_kind)
                                                                         .Uuid(in_force.after_scan_key)
                                                                         .Int(*in_force.policy.keep_days)
-                                                                        .Int(kBatch));
+                                                                        .Int(kDeletedAtOnce));
   if (!rows.ok()) return rows.status();
   std::vector<DueScan> due;
   for (int row = 0; row < rows->count() && rows->Bool(row, 4); ++row)

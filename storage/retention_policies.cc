@@ -21,7 +21,7 @@ constexpr char kSelectPolicies[] = SIXPOINT_SELECT_POLICIES
     "AND ($2 = '' OR p.scan_kind > $2 OR (p.scan_kind = $2 AND p.revision < $3)) "
     "ORDER BY p.scan_kind, p.revision DESC LIMIT $4";
 #undef SIXPOINT_SELECT_POLICIES
-constexpr char kSelectNewest[] = "SELECT max(revision) FROM retention_policies WHERE scan_kind = $1";
+constexpr char kSelectNewestPolicy[] = "SELECT max(revision) FROM retention_policies WHERE scan_kind = $1";
 
 RetentionPolicy ReadPolicy(const Rows& rows, int row) {
   RetentionPolicy policy;
@@ -36,7 +36,7 @@ RetentionPolicy ReadPolicy(const Rows& rows, int row) {
 }  // namespace
 
 absl::StatusOr<int> NewestPolicyRevision(Transaction& transaction, const std::string& scan_kind) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectNewest, Params().Text(scan_kind));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectNewestPolicy, Params().Text(scan_kind));
   if (!rows.ok()) return rows.status();
   return rows->Checked(rows->IsNull(0, 0) ? 0 : static_cast<int>(rows->Int(0, 0)));
 }

@@ -15,7 +15,7 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr int kAttempts = 5;
+constexpr int kRequestAttempts = 5;
 constexpr std::chrono::milliseconds kFirstPause{100};  // then doubled
 // curl counts in whole milliseconds: a wait until the deadline may end just before it.
 constexpr std::chrono::milliseconds kClockStep{20};
@@ -228,7 +228,8 @@ class S3ObjectStore final : public ObjectStore {
       if (left.count() <= 0) return absl::DeadlineExceededError("object store: the deadline is over");
       Answer answer = Once(request, std::min(left, config_.request_timeout));
       const bool in_time = std::chrono::steady_clock::now() + pause < deadline;
-      if (!IsPassing(answer) || attempt == kAttempts || !in_time) return StatusOf(request, std::move(answer), deadline);
+      if (!IsPassing(answer) || attempt == kRequestAttempts || !in_time)
+        return StatusOf(request, std::move(answer), deadline);
       std::this_thread::sleep_for(pause / 2 + Jitter(pause / 2));
       pause *= 2;
     }

@@ -11,14 +11,14 @@ constexpr char kSelectUpload[] =
 constexpr char kInsertUpload[] =
     "INSERT INTO scan_uploads (scan_id, header, machine_revision, artefact_revision) VALUES ($1, $2, $3, $4)";
 // One statement: the row of the upload is the lock, and the block goes in only where it is the next.
-constexpr char kInsertBlock[] =
+constexpr char kInsertUploadBlock[] =
     "WITH advanced AS (UPDATE scan_uploads SET next_block = $2::integer + 1, point_count = $3, profile_count = $4, "
     "stored_bytes = $5, proven_error_um = $6, open_profile_points = $7, open_profile_x_mm = $8, "
     "touched_at = clock_timestamp() WHERE scan_id = $1 AND next_block = $2::integer RETURNING scan_id) "
     "INSERT INTO scan_upload_blocks (scan_id, block_index, point_count, first_profile, profile_count, sent_sha256, "
     "blob_sha256, evidence_sha256) SELECT scan_id, $2::integer, $9::integer, $10::integer, $11::integer, $12::bytea, "
     "$13::bytea, decode(nullif($14::text, ''), 'hex') FROM advanced";
-constexpr char kSelectBlocks[] =
+constexpr char kSelectUploadBlocks[] =
     "SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256, evidence_sha256 "
     "FROM scan_upload_blocks WHERE scan_id = $1 ORDER BY block_index";
 constexpr char kDeleteUpload[] = "DELETE FROM scan_uploads WHERE scan_id = $1";
@@ -59,27 +59,27 @@ absl::Status BeginUpload(Transaction& transaction, const ScanUploadRow& upload) 
 }
 
 absl::StatusOr<bool> AddUploadBlock(Transaction& transaction, const ScanUploadRow& after, const ScanBlockRow& block) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kInsertBlock, Params()
-                                                                          .Text(after.scan_id)
-                                                                          .Int(after.next_block - 1)
-                                                                          .Int(after.point_count)
-                                                                          .Int(after.profile_count)
-                                                                          .Int(after.stored_bytes)
-                                                                          .Real(after.proven_error_um)
-                                                                          .Int(after.open_profile_points)
-                                                                          .Real(after.open_profile_x_mm)
-                                                                          .Int(block.point_count)
-                                                                          .Int(block.first_profile)
-                                                                          .Int(block.profile_count)
-                                                                          .Digest(block.sent_sha256)
-                                                                          .Digest(block.blob_sha256)
-                                                                          .Text(block.evidence_sha256));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kInsertUploadBlock, Params()
+                                                                                .Text(after.scan_id)
+                                                                                .Int(after.next_block - 1)
+                                                                                .Int(after.point_count)
+                                                                                .Int(after.profile_count)
+                                                                                .Int(after.stored_bytes)
+                                                                                .Real(after.proven_error_um)
+                                                                                .Int(after.open_profile_points)
+                                                                                .Real(after.open_profile_x_mm)
+                                                                                .Int(block.point_count)
+                                                                                .Int(block.first_profile)
+                                                                                .Int(block.profile_count)
+                                                                                .Digest(block.sent_sha256)
+                                                                                .Digest(block.blob_sha256)
+                                                                                .Text(block.evidence_sha256));
   if (!rows.ok()) return rows.status();
   return rows->affected() == 1;
 }
 
 absl::StatusOr<std::vector<ScanBlockRow>> BlocksOfUpload(Transaction& transaction, const std::string& scan_id) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlocks, Params().Text(scan_id));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectUploadBlocks, Params().Text(scan_id));
   if (!rows.ok()) return rows.status();
   return ReadBlocks(*rows, scan_id);
 }

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/clearances.h"
+#include "storage/optional_text.h"
 #include "storage/scan_keys.h"
 
 namespace sixpoint::storage {
@@ -50,7 +51,7 @@ constexpr char kInsertBlocks[] =
     "nullif(first, '')::integer, nullif(profiles, '')::integer, sent, decode(nullif(evidence, ''), 'hex') "
     "FROM unnest($2::text[], $3::bytea[], $4::text[], $5::text[], $6::bytea[], $7::text[]) WITH ORDINALITY "
     "AS block (points, blob, first, profiles, sent, evidence, position)";
-constexpr char kSelectBlocks[] =
+constexpr char kSelectScanBlocks[] =
     "SELECT block_index, point_count, blob_sha256, first_profile, profile_count, sent_sha256, evidence_sha256 "
     "FROM scan_blocks WHERE scan_key = " SIXPOINT_SCAN_KEY("$1") " ORDER BY block_index";
 
@@ -96,16 +97,12 @@ ScanRow ReadScan(const Rows& rows, int row) {
   return scan;
 }
 
-void AddOptional(Params& params, const std::optional<std::string>& value) {
-  value ? params.Text(*value) : params.Null();
-}
-
 Params ScanParams(const ScanRow& scan, const std::string& scan_key) {
   Params params;
   params.Text(scan.scan_id).Text(scan.machine_id).Int(scan.machine_revision);
-  AddOptional(params, scan.artefact_id);
+  AddOptionalText(scan.artefact_id, &params);
   scan.artefact_id ? params.Int(scan.artefact_revision) : params.Null();
-  AddOptional(params, scan.blade_serial);
+  AddOptionalText(scan.blade_serial, &params);
   params.Text(scan.kind).Real(scan.v0_mm[0]).Real(scan.v0_mm[1]).Real(scan.v0_mm[2]);
   params.Real(scan.a_deg).Real(scan.b_deg).Real(scan.profile_pitch_mm).Int(scan.columns_per_profile);
   params.Int(scan.point_count).Text(scan.encoding).Real(scan.sender_error_um).Real(scan.error_bound_um);
@@ -150,7 +147,7 @@ absl::StatusOr<std::vector<ScanBlockRow>> ReadBlocks(const Rows& rows, const std
 }
 
 absl::StatusOr<std::vector<ScanBlockRow>> BlocksOfScan(Transaction& transaction, const std::string& scan_id) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlocks, Params().Text(scan_id));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectScanBlocks, Params().Text(scan_id));
   if (!rows.ok()) return rows.status();
   return ReadBlocks(*rows, scan_id);
 }

@@ -17,23 +17,23 @@ namespace {
   "part_revision, sensor_calibration_id, rotation_calibration_id, method, half_width_mm, reference_section, " \
   "neighbour_offset_in_part_mm, neighbour_standard_uncertainty_um, outlines_sha256, requested_by, "           \
   "software_version, computed_on"
-constexpr char kInsertMeasurement[] =
+constexpr char kInsertSectionMeasurement[] =
     "INSERT INTO section_measurements (" SIXPOINT_MEASUREMENT_COLUMNS
     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)";
 #define SIXPOINT_SELECT_MEASUREMENTS                                                          \
   "SELECT " SIXPOINT_MEASUREMENT_COLUMNS                                                      \
   ", record_sequence, recorded_at, name_of(requested_by), entry_order, entry_operation FROM " \
   "section_measurements JOIN recorded r ON r.record_id = section_measurement_id WHERE "
-constexpr char kSelectMeasurement[] = SIXPOINT_SELECT_MEASUREMENTS "section_measurement_id = $1";
-constexpr char kListMeasurements[] = SIXPOINT_SELECT_MEASUREMENTS SIXPOINT_RESULT_FILTER(
+constexpr char kSelectSectionMeasurement[] = SIXPOINT_SELECT_MEASUREMENTS "section_measurement_id = $1";
+constexpr char kListSectionMeasurements[] = SIXPOINT_SELECT_MEASUREMENTS SIXPOINT_RESULT_FILTER(
     "section_measurements", "section") SIXPOINT_NEWEST_FIRST "LIMIT $10";
 #undef SIXPOINT_SELECT_MEASUREMENTS
 #undef SIXPOINT_MEASUREMENT_COLUMNS
-constexpr char kInsertScans[] =
+constexpr char kInsertSectionScans[] =
     "INSERT INTO section_measurement_scans (section_measurement_id, position_index, scan_key) "
     "SELECT $1::uuid, (position - 1)::integer, " SIXPOINT_SCAN_KEY(
         "scan") " FROM unnest($2::text[]) WITH ORDINALITY AS scans (scan, position)";
-constexpr char kSelectScans[] = "SELECT section_measurement_id, " SIXPOINT_SCAN_ID(
+constexpr char kSelectSectionScans[] = "SELECT section_measurement_id, " SIXPOINT_SCAN_ID(
     "scan_key") " FROM section_measurement_scans WHERE section_measurement_id = ANY ($1::uuid[]) ORDER BY "
                 "section_measurement_id, position_index";
 constexpr char kInsertSection[] =
@@ -46,14 +46,14 @@ constexpr char kSelectSections[] =
     "near_in_part_mm, leading_end, trailing_end, point_count, outlier_count, noise_um, waver_um, waver_length_mm, "
     "gap_share, reason FROM sections WHERE section_measurement_id = ANY ($1::uuid[]) ORDER BY section_measurement_id, "
     "position_index";
-constexpr char kInsertValues[] =
+constexpr char kInsertSectionValues[] =
     "INSERT INTO section_values (section_measurement_id, section_index, position_index, parameter, unit, nominal, "
     "value, expanded_uncertainty, by_noise, by_form, by_pose, reason) SELECT $1::uuid, $2::integer, (position - "
     "1)::integer, parameter, unit, nominal, value, expanded, noise, form, pose, reason FROM unnest($3::text[], "
     "$4::text[], $5::double precision[], $6::double precision[], $7::double precision[], $8::double precision[], "
     "$9::double precision[], $10::double precision[], $11::text[]) WITH ORDINALITY AS one (parameter, unit, nominal, "
     "value, expanded, noise, form, pose, reason, position)";
-constexpr char kSelectValues[] =
+constexpr char kSelectSectionValues[] =
     "SELECT section_measurement_id, section_index, parameter, unit, nominal, value, expanded_uncertainty, by_noise, "
     "by_form, by_pose, reason FROM section_values WHERE section_measurement_id = ANY ($1::uuid[]) ORDER BY "
     "section_measurement_id, section_index, position_index";
@@ -64,9 +64,7 @@ constexpr char kSelectOutlines[] =
     "SELECT part_from_section, nominal_mm, measured_mm, deviations_um, gaps_before::double precision[] FROM "
     "section_outlines WHERE section_measurement_id = $1 ORDER BY section_index";
 
-std::vector<double> ListOf(const std::array<double, 3>& three) { return {three.begin(), three.end()}; }
-
-Params MeasurementParams(const SectionMeasurementRow& row) {
+Params SectionMeasurementParams(const SectionMeasurementRow& row) {
   Params params;
   params.Uuid(row.section_measurement_id).Text(row.blade_serial).Uuid(row.registration_id).Text(row.machine_id);
   params.Int(row.machine_revision).Text(row.part_id).Int(row.part_revision).Uuid(row.sensor_calibration_id);
@@ -76,7 +74,7 @@ Params MeasurementParams(const SectionMeasurementRow& row) {
   return params.Text(row.requested_by).Text(row.software_version).Text(row.computed_on);
 }
 
-SectionMeasurementRow ReadMeasurement(const Rows& rows, int row) {
+SectionMeasurementRow ReadSectionMeasurement(const Rows& rows, int row) {
   SectionMeasurementRow measurement;
   measurement.section_measurement_id = rows.Text(row, 0);
   measurement.blade_serial = rows.Text(row, 1);
@@ -139,7 +137,7 @@ SectionRow ReadSection(const Rows& rows, int row) {
   return section;
 }
 
-Params ValuesParams(const std::string& id, std::size_t index, const std::vector<SectionValueRow>& values) {
+Params SectionValuesParams(const std::string& id, std::size_t index, const std::vector<SectionValueRow>& values) {
   std::vector<std::string> parameters, units, reasons;
   std::vector<std::optional<double>> nominals, found, expanded, by_noise, by_form, by_pose;
   for (const SectionValueRow& value : values) {
@@ -159,7 +157,7 @@ Params ValuesParams(const std::string& id, std::size_t index, const std::vector<
   return params.OptionalReals(by_pose).Texts(reasons);
 }
 
-SectionValueRow ReadValue(const Rows& rows, int row) {
+SectionValueRow ReadSectionValue(const Rows& rows, int row) {
   SectionValueRow value;
   value.parameter = rows.Text(row, 2);
   value.unit = rows.Text(row, 3);
@@ -176,7 +174,7 @@ SectionValueRow ReadValue(const Rows& rows, int row) {
 absl::Status ReadChildren(Transaction& transaction, const ParentRows<SectionMeasurementRow>& parents,
                           bool with_values) {
   const Params ids = Params().Uuids(parents.ids());
-  absl::Status read = parents.Add(transaction.Execute(kSelectScans, ids),
+  absl::Status read = parents.Add(transaction.Execute(kSelectSectionScans, ids),
                                   [](SectionMeasurementRow& measurement, const Rows& rows, int row) {
                                     measurement.scan_ids.push_back(rows.Text(row, 1));
                                   });
@@ -187,22 +185,23 @@ absl::Status ReadChildren(Transaction& transaction, const ParentRows<SectionMeas
                        });
   if (!read.ok() || !with_values) return read;
   bool of_sections = true;
-  read = parents.Add(transaction.Execute(kSelectValues, ids),
+  read = parents.Add(transaction.Execute(kSelectSectionValues, ids),
                      [&](SectionMeasurementRow& measurement, const Rows& rows, int row) {
                        const auto index = static_cast<std::size_t>(rows.Int(row, 1));
                        of_sections = of_sections && index < measurement.sections.size();
-                       if (of_sections) measurement.sections[index].values.push_back(ReadValue(rows, row));
+                       if (of_sections) measurement.sections[index].values.push_back(ReadSectionValue(rows, row));
                      });
   if (read.ok() && !of_sections) return absl::DataLossError("section_values: a row of no section");
   return read;
 }
 
-absl::StatusOr<std::vector<SectionMeasurementRow>> ReadMeasurements(Transaction& transaction, const char* sql,
-                                                                    const Params& params, bool with_values = true) {
+absl::StatusOr<std::vector<SectionMeasurementRow>> ReadSectionMeasurements(Transaction& transaction, const char* sql,
+                                                                           const Params& params,
+                                                                           bool with_values = true) {
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
   if (!rows.ok()) return rows.status();
   std::vector<SectionMeasurementRow> measurements;
-  for (int row = 0; row < rows->count(); ++row) measurements.push_back(ReadMeasurement(*rows, row));
+  for (int row = 0; row < rows->count(); ++row) measurements.push_back(ReadSectionMeasurement(*rows, row));
   if (absl::Status read = rows->status(); !read.ok()) return read;
   const ParentRows<SectionMeasurementRow> parents(&measurements, &SectionMeasurementRow::section_measurement_id);
   if (parents.ids().empty()) return measurements;
@@ -210,19 +209,20 @@ absl::StatusOr<std::vector<SectionMeasurementRow>> ReadMeasurements(Transaction&
   return measurements;
 }
 
-absl::StatusOr<std::optional<SectionMeasurementRow>> FindMeasurement(Transaction& transaction, const std::string& id) {
-  auto found = ReadMeasurements(transaction, kSelectMeasurement, Params().Uuid(id));
+absl::StatusOr<std::optional<SectionMeasurementRow>> FindSectionMeasurement(Transaction& transaction,
+                                                                            const std::string& id) {
+  auto found = ReadSectionMeasurements(transaction, kSelectSectionMeasurement, Params().Uuid(id));
   if (!found.ok()) return found.status();
   if (found->empty()) return std::nullopt;
   return std::move(found->front());
 }
 
-absl::StatusOr<std::vector<SectionMeasurementRow>> ListMeasurements(Transaction& transaction,
-                                                                    const SectionFilter& filter,
-                                                                    std::int64_t before_sequence, int limit) {
+absl::StatusOr<std::vector<SectionMeasurementRow>> ListSectionMeasurements(Transaction& transaction,
+                                                                           const SectionFilter& filter,
+                                                                           std::int64_t before_sequence, int limit) {
   absl::StatusOr<Params> params = FilterParams(transaction, before_sequence, filter);
   if (!params.ok()) return params.status();
-  return ReadMeasurements(transaction, kListMeasurements, params->Int(limit), filter.with_values);
+  return ReadSectionMeasurements(transaction, kListSectionMeasurements, params->Int(limit), filter.with_values);
 }
 
 absl::StatusOr<std::vector<SectionOutlineRow>> FindOutlines(Transaction& transaction, const std::string& id) {
@@ -244,7 +244,8 @@ absl::Status InsertSection(Transaction& transaction, const SectionMeasurementRow
   const std::string& id = measurement.section_measurement_id;
   absl::Status status = transaction.Execute(kInsertSection, SectionParams(id, i, measurement.sections[i])).status();
   if (status.ok())
-    status = transaction.Execute(kInsertValues, ValuesParams(id, i, measurement.sections[i].values)).status();
+    status =
+        transaction.Execute(kInsertSectionValues, SectionValuesParams(id, i, measurement.sections[i].values)).status();
   if (!status.ok()) return status;
   const SectionOutlineRow& outline = measurement.outlines.at(i);
   const std::vector<double> gaps(outline.gaps_before.begin(), outline.gaps_before.end());
@@ -254,11 +255,11 @@ absl::Status InsertSection(Transaction& transaction, const SectionMeasurementRow
   return transaction.Execute(kInsertOutline, params).status();
 }
 
-using Results = PostgresResults<SectionMeasurementRow, SectionFilter, SectionStore>;
+using SectionResults = PostgresResults<SectionMeasurementRow, SectionFilter, SectionStore>;
 
-class PostgresSections final : public Results {
+class PostgresSections final : public SectionResults {
  public:
-  using Results::Results;
+  using SectionResults::SectionResults;
 
   absl::StatusOr<std::vector<SectionOutlineRow>> Outlines(const std::string& section_measurement_id,
                                                           Deadline deadline) const override {
@@ -271,8 +272,9 @@ class PostgresSections final : public Results {
 absl::StatusOr<Recorded> InsertSectionMeasurement(Transaction& transaction, const SectionMeasurementRow& measurement,
                                                   const RecordEntry& entry) {
   const std::string& id = measurement.section_measurement_id;
-  absl::Status status = transaction.Execute(kInsertMeasurement, MeasurementParams(measurement)).status();
-  if (status.ok()) status = transaction.Execute(kInsertScans, Params().Uuid(id).Texts(measurement.scan_ids)).status();
+  absl::Status status = transaction.Execute(kInsertSectionMeasurement, SectionMeasurementParams(measurement)).status();
+  if (status.ok())
+    status = transaction.Execute(kInsertSectionScans, Params().Uuid(id).Texts(measurement.scan_ids)).status();
   for (std::size_t i = 0; status.ok() && i < measurement.sections.size(); ++i)
     status = InsertSection(transaction, measurement, i);
   if (!status.ok()) return status;
@@ -281,7 +283,7 @@ absl::StatusOr<Recorded> InsertSectionMeasurement(Transaction& transaction, cons
 
 std::shared_ptr<SectionStore> SectionsIn(Database* database) {
   return std::make_shared<PostgresSections>(
-      database, Results::Statements{InsertSectionMeasurement, FindMeasurement, ListMeasurements});
+      database, SectionResults::Statements{InsertSectionMeasurement, FindSectionMeasurement, ListSectionMeasurements});
 }
 
 }  // namespace sixpoint::storage

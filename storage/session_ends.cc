@@ -12,7 +12,7 @@ constexpr char kStart[] =
     "SELECT greatest(clock.now, e.ended_before + interval '1 microsecond'), clock.now "
     "FROM (SELECT clock_timestamp() AS now) clock LEFT JOIN session_ends e ON e.account = $1";
 constexpr char kKeepStart[] = "UPDATE accounts SET newest_session_at = greatest(newest_session_at, $2) WHERE name = $1";
-constexpr char kEnd[] =
+constexpr char kEndSessions[] =
     "INSERT INTO session_ends (account, ended_before) "
     "VALUES ($1, greatest(clock_timestamp(), (SELECT newest_session_at FROM accounts WHERE name = $1))) "
     "ON CONFLICT (account) DO UPDATE SET ended_before = greatest(session_ends.ended_before, excluded.ended_before)";
@@ -49,7 +49,7 @@ absl::StatusOr<SessionStart> BeginSession(Transaction& transaction, const std::s
 }
 
 absl::Status EndSessions(Transaction& transaction, const std::string& account) {
-  return transaction.Execute(kEnd, Params().Text(account)).status();
+  return transaction.Execute(kEndSessions, Params().Text(account)).status();
 }
 
 }  // namespace sixpoint::storage

@@ -10,18 +10,18 @@ namespace {
 constexpr char kBlocked[] =
     "SELECT max(blocked_until), clock_timestamp() FROM sign_in_failures "
     "WHERE of_sha256 = ANY($1) AND blocked_until > clock_timestamp()";
-constexpr char kForget[] =
+constexpr char kForgetFailures[] =
     "DELETE FROM sign_in_failures WHERE of_sha256 IN (SELECT of_sha256 FROM sign_in_failures "
     "WHERE last_failed_at < clock_timestamp() - interval '1 hour' ORDER BY last_failed_at LIMIT 100 "
     "FOR UPDATE SKIP LOCKED)";
 // A row that is locked, whether it was there or not: also where another one's sign-in deletes it at the same moment.
-constexpr char kLock[] =
+constexpr char kLockFailures[] =
     "INSERT INTO sign_in_failures (of_sha256, failed_count, blocked_until) "
     "VALUES ($1, 0, clock_timestamp()) ON CONFLICT (of_sha256) DO UPDATE SET failed_count = "
     "sign_in_failures.failed_count";
 // Who was quiet for a quarter of an hour, and waited for nothing in it, begins anew.
 #define WAS_QUIET "greatest(last_failed_at, blocked_until) < clock_timestamp() - interval '15 minutes'"
-constexpr char kCount[] =
+constexpr char kCountFailure[] =
     "UPDATE sign_in_failures SET failed_count = CASE WHEN " WAS_QUIET
     " THEN 1 ELSE failed_count + 1 END, "
     "first_failed_at = CASE WHEN " WAS_QUIET
@@ -75,7 +75,7 @@ absl::StatusOr<std::optional<Instant>> SignInsWaitUntil(Transaction& transaction
 absl::StatusOr<SignInStart> BeginSignIn(Transaction& transaction, const FailureCounters& counters) {
   const std::vector<Row> counted = RowsOf(counters);
   for (const Row& row : counted)
-    if (const auto locked = transaction.Execute(kLock, Params().Digest(row.digest)); !locked.ok())
+    if (const auto locked = transaction.Execute(kLockFailures, Params().Digest(row.digest)); !locked.ok())
       return locked.status();
   const absl::StatusOr<Rows> blocked = Blocked(transaction, counters);
   if (!blocked.ok()) return blocked.status();
@@ -89,7 +89,7 @@ absl::StatusOr<SignInStart> BeginSignIn(Transaction& transaction, const FailureC
   for (const Row& row : counted) {
     Params params;
     params.Digest(row.digest).Int(row.free_count).Time(*start.counted_at);
-    if (const auto done = transaction.Execute(kCount, params); !done.ok()) return done.status();
+    if (const auto done = transaction.Execute(kCountFailure, params); !done.ok()) return done.status();
   }
   return start;
 }
@@ -107,6 +107,6 @@ absl::Status GiveSignInBack(Transaction& transaction, const FailureCounters& cou
   return absl::OkStatus();
 }
 
-absl::Status ForgetSignInFailures(Transaction& transaction) { return transaction.Execute(kForget).status(); }
+absl::Status ForgetSignInFailures(Transaction& transaction) { return transaction.Execute(kForgetFailures).status(); }
 
 }  // namespace sixpoint::storage

@@ -17,7 +17,7 @@ constexpr char kInsertStudy[] =
   ", record_sequence, recorded_at, name_of(requested_by) FROM studies JOIN record_names n ON n.record_id = study_id " \
   "WHERE "
 constexpr char kSelectStudy[] = SIXPOINT_SELECT_STUDIES "study_id = $1";
-constexpr char kSelectPage[] = SIXPOINT_SELECT_STUDIES
+constexpr char kSelectStudies[] = SIXPOINT_SELECT_STUDIES
     "($1 = '' OR machine_id = $1) AND ($2 = '' OR kind = $2) AND ($3 = '' OR verdict = $3) "
     "AND ($4::timestamptz IS NULL OR recorded_at >= $4) AND ($5::timestamptz IS NULL OR recorded_at < $5) "
     "AND ($6::bigint = 0 OR record_sequence < $6::bigint) AND (cardinality($7::text[]) = 0 OR "
@@ -86,7 +86,7 @@ absl::StatusOr<std::vector<StudyRow>> ListStudies(Transaction& transaction, cons
   params.Int(before_sequence).Texts(sight->hidden_parts);
   filter.sensor_calibration_id.empty() ? params.Null() : params.Uuid(filter.sensor_calibration_id);
   params.Text(filter.clamping);
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectPage, params.Int(limit));
+  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectStudies, params.Int(limit));
   if (!rows.ok()) return rows.status();
   return rows->Checked(ReadStudies(*rows));
 }

@@ -14,4 +14,6 @@ inline std::array<double, 3> ThreeOf(const std::vector<double>& values) {
   return three;
 }
 
+inline std::vector<double> ListOf(const std::array<double, 3>& three) { return {three.begin(), three.end()}; }
+
 }  // namespace sixpoint::storage

@@ -9,14 +9,14 @@ namespace {
   "name_of(x.requested_by), d.looked_at_sequence, d.delivered_sequence, d.delivered_at, d.failing_since, "     \
   "d.failure_count, d.last_failure FROM webhooks w JOIN webhook_deliveries d ON d.webhook_id = w.webhook_id "  \
   "LEFT JOIN webhook_withdrawals x ON x.webhook_id = w.webhook_id "
-constexpr char kSelectOne[] = SIXPOINT_SELECT_WEBHOOKS "WHERE w.webhook_id = $1";
+constexpr char kSelectWebhook[] = SIXPOINT_SELECT_WEBHOOKS "WHERE w.webhook_id = $1";
 constexpr char kSelectByRequest[] = SIXPOINT_SELECT_WEBHOOKS "WHERE w.request_id = $1::uuid";
-constexpr char kSelectPage[] = SIXPOINT_SELECT_WEBHOOKS
+constexpr char kSelectWebhooks[] = SIXPOINT_SELECT_WEBHOOKS
     "WHERE ($1::boolean OR x.webhook_id IS NULL) AND w.webhook_id > $2 ORDER BY w.webhook_id LIMIT $3";
 #undef SIXPOINT_SELECT_WEBHOOKS
 // Who makes one counts those that hold while nobody else does.
-constexpr char kLock[] = "SELECT pg_advisory_xact_lock(hashtextextended('webhooks', 0))";
-constexpr char kInsert[] =
+constexpr char kLockWebhooks[] = "SELECT pg_advisory_xact_lock(hashtextextended('webhooks', 0))";
+constexpr char kInsertWebhook[] =
     "INSERT INTO webhooks (webhook_id, url, kinds, machine_id, blade_serial, part_id, verdicts, begins_after, secret, "
     "reader, requested_by, request_id) VALUES ($1, $2, $3::text[], $4, $5, $6, $7::text[], $8, $9, $10, $11, "
     "$12::uuid)";
@@ -28,7 +28,7 @@ constexpr char kSave[] =
     "UPDATE webhook_deliveries SET looked_at_sequence = $2, delivered_sequence = $3, delivered_at = $4, "
     "failing_since = $5, failure_count = $6, last_failure = $7 WHERE webhook_id = $1 AND looked_at_sequence <= $2";
 
-std::vector<WebhookRow> Read(const Rows& rows) {
+std::vector<WebhookRow> ReadWebhooks(const Rows& rows) {
   std::vector<WebhookRow> webhooks;
   for (int row = 0; row < rows.count(); ++row) {
     WebhookRow& read = webhooks.emplace_back();
@@ -58,7 +58,7 @@ absl::StatusOr<std::optional<WebhookRow>> One(Transaction& transaction, const ch
   const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Text(of));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
-  return rows->Checked(std::optional(Read(*rows).front()));
+  return rows->Checked(std::optional(ReadWebhooks(*rows).front()));
 }
 
 bool IsSame(const EventFilter& a, const EventFilter& b) {
@@ -66,14 +66,14 @@ bool IsSame(const EventFilter& a, const EventFilter& b) {
          a.part_id == b.part_id && a.verdicts == b.verdicts;
 }
 
-void AddOptional(Params* params, const std::optional<Instant>& moment) {
+void AddOptionalTime(Params* params, const std::optional<Instant>& moment) {
   moment ? params->Time(*moment) : params->Null();
 }
 
 }  // namespace
 
 absl::StatusOr<WebhookRow> InsertWebhook(Transaction& transaction, const WebhookRow& row) {
-  if (const auto locked = transaction.Execute(kLock); !locked.ok()) return locked.status();
+  if (const auto locked = transaction.Execute(kLockWebhooks); !locked.ok()) return locked.status();
   const auto kept = One(transaction, kSelectByRequest, row.request_id);
   if (!kept.ok()) return kept.status();
   if (kept->has_value()) {
@@ -83,7 +83,7 @@ absl::StatusOr<WebhookRow> InsertWebhook(Transaction& transaction, const Webhook
     if (is_same) return **kept;
     return absl::AlreadyExistsError("request_id: " + row.request_id + " was used for another request, want a new id");
   }
-  const auto named = One(transaction, kSelectOne, row.webhook_id);
+  const auto named = One(transaction, kSelectWebhook, row.webhook_id);
   if (!named.ok()) return named.status();
   if (named->has_value())
     return absl::AlreadyExistsError("webhook_id: " + row.webhook_id + " is given, want another: names are given once");
@@ -95,10 +95,10 @@ absl::StatusOr<WebhookRow> InsertWebhook(Transaction& transaction, const Webhook
   params.Text(row.webhook_id).Text(row.url).Texts(row.filter.kinds).Text(row.filter.machine_id);
   params.Text(row.filter.blade_serial).Text(row.filter.part_id).Texts(row.filter.verdicts).Int(row.begins_after);
   params.Bytes(row.secret).Text(row.reader.identity).Text(row.requested_by).Text(row.request_id);
-  if (const auto inserted = transaction.Execute(kInsert, params); !inserted.ok()) return inserted.status();
+  if (const auto inserted = transaction.Execute(kInsertWebhook, params); !inserted.ok()) return inserted.status();
   const auto begun = transaction.Execute(kInsertDelivery, Params().Text(row.webhook_id).Int(row.begins_after));
   if (!begun.ok()) return begun.status();
-  absl::StatusOr<std::optional<WebhookRow>> made = One(transaction, kSelectOne, row.webhook_id);
+  absl::StatusOr<std::optional<WebhookRow>> made = One(transaction, kSelectWebhook, row.webhook_id);
   if (!made.ok()) return made.status();
   if (!made->has_value()) return absl::InternalError("webhook: made and not there");
   return **std::move(made);
@@ -107,30 +107,30 @@ absl::StatusOr<WebhookRow> InsertWebhook(Transaction& transaction, const Webhook
 absl::StatusOr<std::optional<WebhookRow>> WithdrawWebhook(Transaction& transaction, const std::string& webhook_id,
                                                           const std::string& requested_by,
                                                           const std::string& request_id) {
-  const auto found = One(transaction, kSelectOne, webhook_id);
+  const auto found = One(transaction, kSelectWebhook, webhook_id);
   if (!found.ok() || !found->has_value()) return found;
   const auto withdrawn = transaction.Execute(kWithdraw, Params().Text(webhook_id).Text(requested_by).Text(request_id));
   if (!withdrawn.ok()) return withdrawn.status();
-  return One(transaction, kSelectOne, webhook_id);
+  return One(transaction, kSelectWebhook, webhook_id);
 }
 
 absl::StatusOr<std::optional<WebhookRow>> FindWebhook(Transaction& transaction, const std::string& webhook_id) {
-  return One(transaction, kSelectOne, webhook_id);
+  return One(transaction, kSelectWebhook, webhook_id);
 }
 
 absl::StatusOr<std::vector<WebhookRow>> ListWebhooks(Transaction& transaction, bool withdrawn_too,
                                                      const std::string& after_id, int limit) {
   const absl::StatusOr<Rows> rows =
-      transaction.Execute(kSelectPage, Params().Bool(withdrawn_too).Text(after_id).Int(limit));
+      transaction.Execute(kSelectWebhooks, Params().Bool(withdrawn_too).Text(after_id).Int(limit));
   if (!rows.ok()) return rows.status();
-  return rows->Checked(Read(*rows));
+  return rows->Checked(ReadWebhooks(*rows));
 }
 
 absl::Status SaveDelivery(Transaction& transaction, const std::string& webhook_id, const WebhookDelivery& delivery) {
   Params params;
   params.Text(webhook_id).Int(delivery.looked_at_sequence).Int(delivery.delivered_sequence);
-  AddOptional(&params, delivery.delivered_at);
-  AddOptional(&params, delivery.failing_since);
+  AddOptionalTime(&params, delivery.delivered_at);
+  AddOptionalTime(&params, delivery.failing_since);
   params.Int(delivery.failure_count).Text(delivery.last_failure);
   return transaction.Execute(kSave, params).status();
 }

@@ -3,8 +3,7 @@
 namespace sixpoint::storage {
 namespace {
 
-constexpr char kLockBlade[] = "SELECT pg_advisory_xact_lock(hashtextextended('blades/' || $1, 0))";
-constexpr char kInsert[] =
+constexpr char kInsertWorkOrder[] =
     "INSERT INTO blade_work_orders (blade_serial, revision, work_order, operation, requested_by, software_version, "
     "record_id) SELECT $1::text, coalesce(max(revision), 0) + 1, $2::text, $3::text, $4::text, $5::text, $6::uuid "
     "FROM blade_work_orders WHERE blade_serial = $1";
@@ -17,7 +16,7 @@ absl::Status InsertWorkOrder(Transaction& transaction, const BladeRow& blade, co
   Params params;
   params.Text(blade.blade_serial).Text(blade.work_order).OptionalText(blade.operation);
   params.Text(entry.requested_by).Text(entry.software_version).Uuid(record_id);
-  return transaction.Execute(kInsert, params).status();
+  return transaction.Execute(kInsertWorkOrder, params).status();
 }
 
 absl::StatusOr<BladeRow> AssignWorkOrder(Transaction& transaction, BladeRow blade, RecordEntry entry) {

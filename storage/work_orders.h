@@ -10,7 +10,9 @@
 
 namespace sixpoint::storage {
 
-// Of a blade that is stored; its lock ("blades/SERIAL") is held. record_id: of the entry that says so.
+// Takes the lock of the blade of a serial number until the transaction ends.
+inline constexpr char kLockBlade[] = "SELECT pg_advisory_xact_lock(hashtextextended('blades/' || $1, 0))";
+// Of a blade that is stored; its lock is held. record_id: of the entry that says so.
 absl::Status InsertWorkOrder(Transaction& transaction, const BladeRow& blade, const RecordEntry& entry,
                              const std::string& record_id);
 // The blade's next one, with its entry. NOT_FOUND: no such blade. Call it last before the commit.

@@ -20,6 +20,9 @@ struct Finding {
 };
 using Findings = std::vector<Finding>;
 
+// Of two computers' clocks: beyond the one a warning, beyond the other wrong.
+inline constexpr double kClockApart_s = 2, kClockFarApart_s = 30;
+
 // All of them, one line a check, in the order in which a person would look.
 Findings Judge(const Facts& facts);
 

@@ -13,7 +13,6 @@ constexpr double kManyConnections = 0.8;
 // autovacuum freezes at 200 million; the server refuses to write at 2 billion.
 constexpr std::int64_t kOldXid = 1'000'000'000, kDangerousXid = 1'800'000'000;
 constexpr double kBloated = 0.5;
-constexpr double kClockApart_s = 2, kClockFarApart_s = 30;
 constexpr std::chrono::hours kLongestBetweenChecks{24 * 8};
 constexpr int kFewMonths = 1;
 

@@ -9,7 +9,6 @@
 namespace sixpoint::cli::doctor {
 namespace {
 
-constexpr double kClockApart_s = 2, kClockFarApart_s = 30;
 constexpr double kManyDescriptors = 0.8;
 constexpr std::int64_t kFewDescriptors = 1024;
 constexpr int kOftenADay = 5;

@@ -8,6 +8,7 @@
 
 #include "services/calibration/refusals.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -111,11 +112,10 @@ absl::StatusOr<CalibratedSensor> Calibrate(const v1::CalibrateSensorRequest& req
 }
 
 absl::StatusOr<StatedSensor> Calibrate(const v1::StateSensorPoseRequest& request, const StatedInputs& inputs) {
-  constexpr double kRadPerDeg = M_PI / 180, kMmPerUm = 1e-3;
   // Where beta is a right angle alpha and gamma turn about one line, and neither is known by itself.
-  constexpr double kUnknownRad = 179 * kRadPerDeg;
-  const double turn_rad = request.turn_standard_uncertainty_deg() * kRadPerDeg;
-  const double shift_mm = request.shift_standard_uncertainty_um() * kMmPerUm;
+  constexpr double kUnknownRad = 179 * runtime::kRadPerDeg;
+  const double turn_rad = request.turn_standard_uncertainty_deg() * runtime::kRadPerDeg;
+  const double shift_mm = request.shift_standard_uncertainty_um() * runtime::kMmPerUm;
   StatedSensor stated;
   stated.sensor.cloud = metrology::CloudKind::kSnapshot;
   stated.sensor.rotation = inputs.machine_from_sensor.linear();

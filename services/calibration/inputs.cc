@@ -16,6 +16,7 @@
 #include "services/runtime/machine_chain.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -23,7 +24,6 @@ namespace {
 using runtime::NotKnown;
 using runtime::Refuse;
 
-constexpr double kRadPerDeg = M_PI / 180;
 constexpr std::size_t kMostPoints = 20'000'000;
 constexpr double kFarthestSensorMm = 1e5;  // as far as an axis goes
 
@@ -56,8 +56,8 @@ absl::StatusOr<metrology::Joint> JointOf(const std::string& machine, const metro
 
 metrology::AngleTable TableOf(const storage::AxisCharacterisationRow& row) {
   metrology::AngleTable table;
-  for (const double deg : row.forward_error_deg) table.forward_rad.push_back(deg * kRadPerDeg);
-  for (const double deg : row.backward_error_deg) table.backward_rad.push_back(deg * kRadPerDeg);
+  for (const double deg : row.forward_error_deg) table.forward_rad.push_back(deg * runtime::kRadPerDeg);
+  for (const double deg : row.backward_error_deg) table.backward_rad.push_back(deg * runtime::kRadPerDeg);
   return table;
 }
 
@@ -86,7 +86,7 @@ absl::StatusOr<SensorInputs> InputFetcher::Fetch(const v1::CalibrateSensorReques
   if (absl::Status s = clients::CheckLineScanner(*machine); !s.ok()) return s;
   inputs.options.optics = OpticsOf(machine->sensor());
   inputs.options.field = metrology::ScannerField::Of(machine->sensor().mid_range_mm(), machine->sensor().range_mm(),
-                                                     machine->sensor().line_angle_deg() * kRadPerDeg);
+                                                     machine->sensor().line_angle_deg() * runtime::kRadPerDeg);
   inputs.options.threads = thread_count_;
   inputs.options.keep_going = caller.keep_going;
   const absl::StatusOr<plant::v1::Artefact> record = plant_.GetArtefact(request.artefact(), 0, caller.make_context());
@@ -268,7 +268,7 @@ absl::StatusOr<metrology::Artefact> ArtefactOf(const plant::v1::Artefact& in) {
   metrology::Artefact artefact;
   artefact.side_mm = in.side_mm();
   for (const plant::v1::NamedPlanePoint& c : in.cones()) artefact.cones.push_back({c.feature(), {c.x_mm(), c.y_mm()}});
-  artefact.cone_half_angle_rad = in.cone_half_angle_deg() * kRadPerDeg;
+  artefact.cone_half_angle_rad = in.cone_half_angle_deg() * runtime::kRadPerDeg;
   artefact.cone_top_radius_mm = in.cone_top_radius_mm();
   artefact.cone_bottom_radius_mm = in.cone_bottom_radius_mm();
   for (const plant::v1::NamedPlanePoint& q : in.slots()) artefact.slots.push_back({q.feature(), {q.x_mm(), q.y_mm()}});

@@ -7,15 +7,12 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::calibration {
 namespace {
 
 using runtime::Refuse;
-
-constexpr double kRadPerDeg = M_PI / 180;
-constexpr double kDegPerRad = 180 / M_PI;
-constexpr double kUmPerMm = 1000;
 
 metrology::Travel TravelFrom(v1::Travel travel) {
   switch (travel) {
@@ -111,7 +108,7 @@ absl::StatusOr<std::vector<metrology::SpherePose>> PosesOf(const v1::CalibrateRo
     if (!in.has_centre_mm()) return Refuse(field + ".centre_mm", "", "a point");
     const absl::StatusOr<Eigen::Vector3d> centre = runtime::FromProto(field + ".centre_mm", in.centre_mm());
     if (!centre.ok()) return centre.status();
-    poses.push_back({in.a_deg() * kRadPerDeg, in.b_deg() * kRadPerDeg, *centre,
+    poses.push_back({in.a_deg() * runtime::kRadPerDeg, in.b_deg() * runtime::kRadPerDeg, *centre,
                      in.held_out() || request.method() == v1::ROTATION_METHOD_STANDARD, TravelFrom(in.a_travel()),
                      TravelFrom(in.b_travel())});
   }
@@ -148,14 +145,14 @@ absl::StatusOr<ProbeReadings> ProbeReadingsOf(const v1::CalibrateProbeRequest& r
   measured.readings = *std::move(readings);
   measured.moved_faces = *std::move(moved_faces);
   measured.moved_readings = *std::move(moved_readings);
-  measured.options.noise_mm = request.noise_um() / kUmPerMm;
+  measured.options.noise_mm = request.noise_um() / runtime::kUmPerMm;
   if (request.touch_standard_uncertainty_um() != 0)
-    measured.options.touch_uncertainty_mm = request.touch_standard_uncertainty_um() / kUmPerMm;
-  measured.options.position_uncertainty_mm = request.position_standard_uncertainty_um() / kUmPerMm;
+    measured.options.touch_uncertainty_mm = request.touch_standard_uncertainty_um() / runtime::kUmPerMm;
+  measured.options.position_uncertainty_mm = request.position_standard_uncertainty_um() / runtime::kUmPerMm;
   measured.options.least_displacement_mm = request.least_displacement_mm();
   measured.options.greatest_displacement_mm = request.greatest_displacement_mm();
   if (request.greatest_approach_angle_deg() != 0)
-    measured.options.greatest_approach_angle_rad = request.greatest_approach_angle_deg() / kDegPerRad;
+    measured.options.greatest_approach_angle_rad = request.greatest_approach_angle_deg() / runtime::kDegPerRad;
   return measured;
 }
 
@@ -175,7 +172,7 @@ absl::StatusOr<std::vector<metrology::AxisReading>> ReadingsOf(const v1::AxisRun
     if (!std::isfinite(run.measured_deg(i))) return Refuse("run.measured_deg" + at, run.measured_deg(i), "a number");
     if (run.travel_size() != 0 && run.travel(i) != v1::TRAVEL_FORWARD && run.travel(i) != v1::TRAVEL_BACKWARD)
       return Refuse("run.travel" + at, std::to_string(run.travel(i)), "TRAVEL_FORWARD or TRAVEL_BACKWARD");
-    commanded_rad.push_back(run.commanded_deg(i) * kRadPerDeg);
+    commanded_rad.push_back(run.commanded_deg(i) * runtime::kRadPerDeg);
   }
   std::vector<metrology::Travel> travel;
   if (run.travel_size() == 0) {
@@ -186,8 +183,8 @@ absl::StatusOr<std::vector<metrology::AxisReading>> ReadingsOf(const v1::AxisRun
   std::vector<metrology::AxisReading> readings;
   for (int i = 0; i < count; ++i) {
     const auto k = static_cast<size_t>(i);
-    readings.push_back(
-        {commanded_rad[k], run.measured_deg(i) * kRadPerDeg, travel.empty() ? TravelFrom(run.travel(i)) : travel[k]});
+    readings.push_back({commanded_rad[k], run.measured_deg(i) * runtime::kRadPerDeg,
+                        travel.empty() ? TravelFrom(run.travel(i)) : travel[k]});
   }
   return readings;
 }

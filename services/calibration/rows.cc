@@ -10,17 +10,15 @@
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 #include "services/runtime/stored_geometry.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::calibration {
 namespace {
 
-constexpr double kDegPerRad = 180 / M_PI;
-constexpr double kRadPerDeg = M_PI / 180;
-constexpr double kUmPerMm = 1000;
 constexpr double kMicroPerOne = 1e6;
 
 storage::AngleEstimateRow Degrees(const metrology::Estimate& estimate) {
-  return {estimate.value / kRadPerDeg, estimate.standard_uncertainty / kRadPerDeg};
+  return {estimate.value / runtime::kRadPerDeg, estimate.standard_uncertainty / runtime::kRadPerDeg};
 }
 
 std::vector<double> Scaled(const std::vector<double>& values, double factor) {
@@ -54,28 +52,28 @@ storage::SensorCalibrationRow PoseRowOf(const metrology::SensorPose& sensor, con
   row.machine_from_sensor_rotation = runtime::RowMajor(sensor.rotation);
   row.t_sm_mm = runtime::RowMajor(sensor.t_sm_mm);
   row.covariance = runtime::RowMajor(sensor.covariance);
-  row.alpha_deg = angles.alpha * kDegPerRad;
-  row.beta_deg = angles.beta * kDegPerRad;
-  row.gamma_deg = angles.gamma * kDegPerRad;
-  row.alpha_standard_uncertainty_deg = angle_uncertainty.alpha * kDegPerRad;
-  row.beta_standard_uncertainty_deg = angle_uncertainty.beta * kDegPerRad;
-  row.gamma_standard_uncertainty_deg = angle_uncertainty.gamma * kDegPerRad;
+  row.alpha_deg = angles.alpha * runtime::kDegPerRad;
+  row.beta_deg = angles.beta * runtime::kDegPerRad;
+  row.gamma_deg = angles.gamma * runtime::kDegPerRad;
+  row.alpha_standard_uncertainty_deg = angle_uncertainty.alpha * runtime::kDegPerRad;
+  row.beta_standard_uncertainty_deg = angle_uncertainty.beta * runtime::kDegPerRad;
+  row.gamma_standard_uncertainty_deg = angle_uncertainty.gamma * runtime::kDegPerRad;
   return row;
 }
 
 storage::SensorCalibrationRow SensorRowOf(const SensorInputs& inputs, const CalibratedSensor& calibrated) {
   const metrology::SensorCalibration& result = calibrated.calibration;
   storage::SensorCalibrationRow row = PoseRowOf(result.sensor, result.angles, result.angle_uncertainty);
-  row.noise_um = result.noise_mm * kUmPerMm;
-  row.touch_rms_um = result.touch_rms_mm * kUmPerMm;
-  row.residual_rms_um = result.residual_rms_mm * kUmPerMm;
+  row.noise_um = result.noise_mm * runtime::kUmPerMm;
+  row.touch_rms_um = result.touch_rms_mm * runtime::kUmPerMm;
+  row.residual_rms_um = result.residual_rms_mm * runtime::kUmPerMm;
   row.condition_number = result.condition_number;
   row.points_used = static_cast<std::int64_t>(result.points_used);
   if (result.field_response) row.field_response = runtime::RowMajor(*result.field_response);
   if (const auto& field = result.sensor.measured_field) {
-    row.field_terms_um = Scaled(runtime::RowMajor(field->terms_mm), kUmPerMm);
-    row.field_covariance_um2 = Scaled(runtime::RowMajor(field->covariance_mm2), kUmPerMm * kUmPerMm);
-    row.field_stated_um = field->stated_mm * kUmPerMm;
+    row.field_terms_um = Scaled(runtime::RowMajor(field->terms_mm), runtime::kUmPerMm);
+    row.field_covariance_um2 = Scaled(runtime::RowMajor(field->covariance_mm2), runtime::kUmPerMm * runtime::kUmPerMm);
+    row.field_stated_um = field->stated_mm * runtime::kUmPerMm;
   }
   row.arm_series = inputs.arm_series;
   row.arm_shares_json = KeptShares(calibrated.arm_shares);
@@ -85,7 +83,7 @@ storage::SensorCalibrationRow SensorRowOf(const SensorInputs& inputs, const Cali
   if (std::isfinite(result.sensor.degrees_of_freedom)) row.degrees_of_freedom = result.sensor.degrees_of_freedom;
   for (const auto* centres : {&result.fitted, &result.check})
     for (const metrology::CentreResidual& c : *centres) {
-      const Eigen::Vector3d d = kUmPerMm * c.laser_minus_touch_mm;
+      const Eigen::Vector3d d = runtime::kUmPerMm * c.laser_minus_touch_mm;
       row.centres.push_back({c.scan, c.feature, centres == &result.check, d.x(), d.y(), d.z()});
     }
   return row;
@@ -103,15 +101,16 @@ storage::RotationCalibrationRow RotationRowOf(const RotationInputs& inputs,
   row.point_c_mm = runtime::RowMajor(result.point_c_mm);
   const Eigen::Vector3d sigma = result.point_c_covariance_mm2.diagonal().cwiseMax(0).cwiseSqrt();
   row.point_c_standard_uncertainty_mm = runtime::RowMajor(sigma);
-  row.noise_um = result.noise_mm * kUmPerMm;
-  row.residual_rms_um = result.residual_rms_mm * kUmPerMm;
-  row.check_rms_um = result.check_rms_mm * kUmPerMm;
+  row.noise_um = result.noise_mm * runtime::kUmPerMm;
+  row.residual_rms_um = result.residual_rms_mm * runtime::kUmPerMm;
+  row.check_rms_um = result.check_rms_mm * runtime::kUmPerMm;
   row.check_count = result.check_count;
   row.condition_number = result.condition_number;
   if (std::isfinite(result.degrees_of_freedom)) row.degrees_of_freedom = result.degrees_of_freedom;
   for (size_t i = 0; i < poses.size(); ++i)
-    row.poses.push_back({poses[i].a_rad * kDegPerRad, poses[i].b_rad * kDegPerRad, result.distances_mm.at(i) * kUmPerMm,
-                         poses[i].held_out, result.before_mm.at(i) * kUmPerMm});
+    row.poses.push_back({poses[i].a_rad * runtime::kDegPerRad, poses[i].b_rad * runtime::kDegPerRad,
+                         result.distances_mm.at(i) * runtime::kUmPerMm, poses[i].held_out,
+                         result.before_mm.at(i) * runtime::kUmPerMm});
   row.linear_response = runtime::RowMajor(result.linear_response);
   row.axes = {inputs.options.joints[0].axis, inputs.options.joints[1].axis};
   return row;
@@ -132,17 +131,17 @@ storage::ProbeCalibrationRow ProbeRowOf(const v1::CalibrateProbeRequest& request
   row.direction_standard_uncertainty_urad = result.direction_standard_uncertainty_rad * kMicroPerOne;
   row.noise_um = request.noise_um();
   row.noise_factor = result.noise_factor;
-  row.residual_rms_um = result.residual_rms_mm * kUmPerMm;
-  row.touch_rms_um = result.touch_rms_mm * kUmPerMm;
+  row.residual_rms_um = result.residual_rms_mm * runtime::kUmPerMm;
+  row.touch_rms_um = result.touch_rms_mm * runtime::kUmPerMm;
   row.condition_number = result.condition_number;
   row.displacement_matrix_condition_number = result.paper_condition_number;
-  row.worst_approach_angle_deg = result.worst_approach_angle_rad * kDegPerRad;
+  row.worst_approach_angle_deg = result.worst_approach_angle_rad * runtime::kDegPerRad;
   for (int i = 0; i < request.readings_size(); ++i)
     row.readings.push_back({request.readings(i).face(), request.readings(i).displacement_mm(),
-                            result.residuals_mm.at(static_cast<std::size_t>(i)) * kUmPerMm});
+                            result.residuals_mm.at(static_cast<std::size_t>(i)) * runtime::kUmPerMm});
   for (const metrology::ProbeFaceCheck& c : probe.checks)
-    row.checks.push_back({c.face, c.reading_count, c.angle_rad * kMicroPerOne, c.origin_distance_mm * kUmPerMm,
-                          c.distance_mm * kUmPerMm, c.residual_range_mm * kUmPerMm});
+    row.checks.push_back({c.face, c.reading_count, c.angle_rad * kMicroPerOne, c.origin_distance_mm * runtime::kUmPerMm,
+                          c.distance_mm * runtime::kUmPerMm, c.residual_range_mm * runtime::kUmPerMm});
   return row;
 }
 
@@ -157,16 +156,16 @@ storage::AxisCharacterisationRow AxisRowOf(const metrology::AxisCharacterisation
     row.periodic_order = result.periodic->order;
     row.periodic_amplitude = Degrees(result.periodic->amplitude_rad);
   }
-  row.least_detectable_deg = result.least_detectable_rad / kRadPerDeg;
+  row.least_detectable_deg = result.least_detectable_rad / runtime::kRadPerDeg;
   row.greatest_error = Degrees(result.greatest_error_rad);
-  row.greatest_error_at_deg = result.greatest_error_at_rad / kRadPerDeg;
+  row.greatest_error_at_deg = result.greatest_error_at_rad / runtime::kRadPerDeg;
   row.greatest_error_forward = result.greatest_error_travel == metrology::Travel::kForward;
   row.standard_uncertainty = Degrees(result.standard_uncertainty_rad);
   row.compensated_standard_uncertainty = Degrees(result.compensated_standard_uncertainty_rad);
   row.noise = Degrees(result.noise_rad);
-  row.forward_error_deg = Scaled(result.table.forward_rad, 1 / kRadPerDeg);
-  row.backward_error_deg = Scaled(result.table.backward_rad, 1 / kRadPerDeg);
-  row.table_standard_uncertainty_deg = result.table_standard_uncertainty_rad / kRadPerDeg;
+  row.forward_error_deg = Scaled(result.table.forward_rad, 1 / runtime::kRadPerDeg);
+  row.backward_error_deg = Scaled(result.table.backward_rad, 1 / runtime::kRadPerDeg);
+  row.table_standard_uncertainty_deg = result.table_standard_uncertainty_rad / runtime::kRadPerDeg;
   return row;
 }
 
@@ -176,7 +175,8 @@ int BeyondLimits(const v1::AxisRun& run, const metrology::Joint& joint) {
   // Limits come from degrees: what is at a limit is within it.
   constexpr double kRounding = 1e-12;
   return static_cast<int>(std::count_if(run.commanded_deg().begin(), run.commanded_deg().end(), [&](double deg) {
-    return deg * kRadPerDeg < joint.minimum - kRounding || deg * kRadPerDeg > joint.maximum + kRounding;
+    return deg * runtime::kRadPerDeg < joint.minimum - kRounding ||
+           deg * runtime::kRadPerDeg > joint.maximum + kRounding;
   }));
 }
 

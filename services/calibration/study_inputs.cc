@@ -20,6 +20,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -28,7 +29,6 @@ using runtime::NotKnown;
 using runtime::Refuse;
 
 constexpr std::size_t kMostScanPoints = 40'000'000;
-constexpr double kMmPerUm = 1e-3;
 
 // A record of the plant's as the journal names it.
 template <typename Record>
@@ -43,12 +43,12 @@ metrology::SensorPose PoseOf(const storage::SensorCalibrationRow& row) {
   if (row.field_terms_um.empty()) return pose;
   metrology::MeasuredField& field = pose.measured_field.emplace();
   for (int k = 0; k < metrology::kFieldParameterCount; ++k) {
-    field.terms_mm[k] = kMmPerUm * row.field_terms_um.at(k);
+    field.terms_mm[k] = runtime::kMmPerUm * row.field_terms_um.at(k);
     for (int i = 0; i < metrology::kFieldParameterCount; ++i)
       field.covariance_mm2(k, i) =
-          kMmPerUm * kMmPerUm * row.field_covariance_um2.at(metrology::kFieldParameterCount * k + i);
+          runtime::kMmPerUm * runtime::kMmPerUm * row.field_covariance_um2.at(metrology::kFieldParameterCount * k + i);
   }
-  field.stated_mm = kMmPerUm * row.field_stated_um.value_or(0);
+  field.stated_mm = runtime::kMmPerUm * row.field_stated_um.value_or(0);
   return pose;
 }
 
@@ -309,9 +309,9 @@ absl::StatusOr<InterimInputs> StudyInputFetcher::Fetch(const v1::RunInterimCheck
   inputs.optics = OpticsOf(scanned->machine.sensor());
   inputs.sensor = PoseOf(*calibration->sensor);
   inputs.sensor.field = clients::FieldOf(scanned->machine.sensor());
-  inputs.options.limit_mm = kMmPerUm * inputs.said.limit_um();
+  inputs.options.limit_mm = runtime::kMmPerUm * inputs.said.limit_um();
   inputs.options.field_covariance_mm2 = metrology::FieldCovarianceOf(
-      kMmPerUm * scanned->machine.error_sources().scanner_field_um(), inputs.sensor.measured_field);
+      runtime::kMmPerUm * scanned->machine.error_sources().scanner_field_um(), inputs.sensor.measured_field);
   absl::Status status = FetchReferences(*calibration, first, caller, &inputs);
   if (status.ok()) status = FetchArm(caller, &inputs);
   if (!status.ok()) return status;
@@ -346,22 +346,22 @@ absl::StatusOr<SphereInputs> StudyInputFetcher::Fetch(const v1::RunSphereCheckRe
   inputs.points_mm = *std::move(points);
   for (const v1::LengthMeasurement& l : request.lengths())
     inputs.lengths.push_back(
-        {l.standard(), l.calibrated_mm(), kMmPerUm * l.calibrated_standard_uncertainty_um(), l.measured_mm()});
+        {l.standard(), l.calibrated_mm(), runtime::kMmPerUm * l.calibrated_standard_uncertainty_um(), l.measured_mm()});
   metrology::SphereCheckOptions& options = inputs.options;
   options.diameter_mm = request.diameter_mm();
-  options.diameter_standard_uncertainty_mm = kMmPerUm * request.diameter_standard_uncertainty_um();
-  options.sphere_form_mm = kMmPerUm * request.sphere_form_um();
-  options.form_mpe_mm = kMmPerUm * request.form_mpe_um();
-  options.size_mpe_mm = kMmPerUm * request.size_mpe_um();
-  options.length_mpe_mm = kMmPerUm * request.length_mpe_um();
+  options.diameter_standard_uncertainty_mm = runtime::kMmPerUm * request.diameter_standard_uncertainty_um();
+  options.sphere_form_mm = runtime::kMmPerUm * request.sphere_form_um();
+  options.form_mpe_mm = runtime::kMmPerUm * request.form_mpe_um();
+  options.size_mpe_mm = runtime::kMmPerUm * request.size_mpe_um();
+  options.length_mpe_mm = runtime::kMmPerUm * request.length_mpe_um();
   options.length_mpe_divisor = request.length_mpe_divisor();
   options.optical = request.optical();
-  options.dispersion_mpe_mm = kMmPerUm * request.dispersion_mpe_um();
+  options.dispersion_mpe_mm = runtime::kMmPerUm * request.dispersion_mpe_um();
   absl::StatusOr<metrology::Points> plane = PointsOf("plane_points_mm", request.plane_points_mm());
   if (!plane.ok()) return plane.status();
   options.plane_points_mm = *std::move(plane);
-  options.plane_form_mm = kMmPerUm * request.plane_form_um();
-  options.flat_form_mpe_mm = kMmPerUm * request.flat_form_mpe_um();
+  options.plane_form_mm = runtime::kMmPerUm * request.plane_form_um();
+  options.flat_form_mpe_mm = runtime::kMmPerUm * request.flat_form_mpe_um();
   if (request.least_points() != 0) options.least_points = request.least_points();
   if (absl::Status s = FetchMachine(request.machine(), caller, &inputs); !s.ok()) return s;
   return inputs;

@@ -8,12 +8,10 @@
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::calibration {
 namespace {
-
-constexpr double kDegPerRad = 180 / M_PI;
-constexpr double kUmPerMm = 1000;
 
 v1::Spread ToProto(const std::string& quantity, const std::string& unit, const metrology::Spread& in) {
   v1::Spread out;
@@ -89,21 +87,23 @@ v1::GaugeStudy ToProto(const metrology::GaugeStudy& study, double limit_um) {
   v1::GaugeStudy out;
   out.set_scan_count(study.scan_count);
   out.set_station_count(static_cast<int>(study.stations.size()));
-  out.set_median_oscillation_um(kUmPerMm * study.median_oscillation_mm);
-  out.set_median_oscillation_standard_uncertainty_um(kUmPerMm * study.median_oscillation_standard_uncertainty_mm);
-  out.set_greatest_oscillation_um(kUmPerMm * study.greatest_oscillation_mm);
-  out.set_standard_deviation_um(kUmPerMm * study.standard_deviation_mm);
-  out.set_standard_deviation_standard_uncertainty_um(kUmPerMm * study.standard_deviation_standard_uncertainty_mm);
-  out.set_drift_um(kUmPerMm * study.drift_mm);
-  out.set_drift_standard_uncertainty_um(kUmPerMm * study.drift_standard_uncertainty_mm);
+  out.set_median_oscillation_um(runtime::kUmPerMm * study.median_oscillation_mm);
+  out.set_median_oscillation_standard_uncertainty_um(runtime::kUmPerMm *
+                                                     study.median_oscillation_standard_uncertainty_mm);
+  out.set_greatest_oscillation_um(runtime::kUmPerMm * study.greatest_oscillation_mm);
+  out.set_standard_deviation_um(runtime::kUmPerMm * study.standard_deviation_mm);
+  out.set_standard_deviation_standard_uncertainty_um(runtime::kUmPerMm *
+                                                     study.standard_deviation_standard_uncertainty_mm);
+  out.set_drift_um(runtime::kUmPerMm * study.drift_mm);
+  out.set_drift_standard_uncertainty_um(runtime::kUmPerMm * study.drift_standard_uncertainty_mm);
   out.set_limit_um(limit_um);
   for (const metrology::GaugeStation& s : study.stations) {
     v1::GaugeStation* station = out.add_stations();
     station->set_x_mm(s.x_mm);
     station->set_y_mm(s.y_mm);
     station->set_mean_z_mm(s.mean_z_mm);
-    station->set_oscillation_um(kUmPerMm * s.oscillation_mm);
-    station->set_standard_deviation_um(kUmPerMm * s.standard_deviation_mm);
+    station->set_oscillation_um(runtime::kUmPerMm * s.oscillation_mm);
+    station->set_standard_deviation_um(runtime::kUmPerMm * s.standard_deviation_mm);
   }
   return out;
 }
@@ -119,17 +119,17 @@ v1::ArmStudy ToProto(const std::vector<metrology::ArmDisplacement>& displacement
     row->set_dx_mm(d.translation_mm.x());
     row->set_dy_mm(d.translation_mm.y());
     row->set_dz_mm(d.translation_mm.z());
-    row->set_dalpha_deg(kDegPerRad * d.angles.alpha);
-    row->set_dbeta_deg(kDegPerRad * d.angles.beta);
-    row->set_dgamma_deg(kDegPerRad * d.angles.gamma);
-    row->set_residual_rms_um(kUmPerMm * d.residual_rms_mm);
+    row->set_dalpha_deg(runtime::kDegPerRad * d.angles.alpha);
+    row->set_dbeta_deg(runtime::kDegPerRad * d.angles.beta);
+    row->set_dgamma_deg(runtime::kDegPerRad * d.angles.gamma);
+    row->set_residual_rms_um(runtime::kUmPerMm * d.residual_rms_mm);
     if (&d == &displacements.front()) continue;  // against itself
     const double row_values[6] = {row->dx_mm(),      row->dy_mm(),     row->dz_mm(),
                                   row->dalpha_deg(), row->dbeta_deg(), row->dgamma_deg()};
     for (int k = 0; k < 6; ++k) {
       const int at = (k + 3) % 6;  // the covariance has the rotation first
       values[k].push_back(row_values[k]);
-      uncertainties[k].push_back((k < 3 ? 1 : kDegPerRad) * std::sqrt(d.covariance(at, at)));
+      uncertainties[k].push_back((k < 3 ? 1 : runtime::kDegPerRad) * std::sqrt(d.covariance(at, at)));
     }
   }
   const char* names[6] = {"dx", "dy", "dz", "dalpha", "dbeta", "dgamma"};
@@ -144,8 +144,8 @@ v1::StudyVerdict VerdictOf(const v1::ArmStudy& study) {
     if (spread.unit() == "mm" && (worst == nullptr || spread.standard_deviation() > worst->standard_deviation()))
       worst = &spread;
   if (worst == nullptr) return v1::STUDY_VERDICT_REPORTED;
-  return ToProto(metrology::JudgeAgainst(study.limit_um(), kUmPerMm * worst->standard_deviation(),
-                                         kUmPerMm * worst->standard_deviation_standard_uncertainty()));
+  return ToProto(metrology::JudgeAgainst(study.limit_um(), runtime::kUmPerMm * worst->standard_deviation(),
+                                         runtime::kUmPerMm * worst->standard_deviation_standard_uncertainty()));
 }
 
 v1::RepeatStudy RepeatOf(const std::vector<storage::CalibrationRow>& calibrations) {
@@ -211,14 +211,14 @@ v1::SphereCheck ToProto(const metrology::SphereCheck& in) {
   const Eigen::Vector3d sigma = in.centre_covariance_mm2.diagonal().cwiseMax(0).cwiseSqrt();
   runtime::ToProto(sigma, out.mutable_centre_standard_uncertainty_mm());
   out.set_fitted_diameter_mm(in.diameter_mm);
-  out.set_fitted_diameter_standard_uncertainty_um(kUmPerMm * in.diameter_standard_uncertainty_mm);
-  out.set_standard_deviation_um(kUmPerMm * in.standard_deviation_mm);
+  out.set_fitted_diameter_standard_uncertainty_um(runtime::kUmPerMm * in.diameter_standard_uncertainty_mm);
+  out.set_standard_deviation_um(runtime::kUmPerMm * in.standard_deviation_mm);
   for (const metrology::CheckedError& e : in.errors) {
     v1::CheckedError* error = out.add_errors();
     error->set_quantity(e.quantity);
-    error->set_error_um(kUmPerMm * e.error_mm);
-    error->set_expanded_uncertainty_um(2 * kUmPerMm * e.standard_uncertainty_mm);
-    if (e.mpe_mm > 0) error->set_mpe_um(kUmPerMm * e.mpe_mm);
+    error->set_error_um(runtime::kUmPerMm * e.error_mm);
+    error->set_expanded_uncertainty_um(2 * runtime::kUmPerMm * e.standard_uncertainty_mm);
+    if (e.mpe_mm > 0) error->set_mpe_um(runtime::kUmPerMm * e.mpe_mm);
     error->set_verdict(ToProto(e.verdict));
   }
   return out;
@@ -229,18 +229,18 @@ v1::InterimCheck ToProto(const metrology::InterimCheck& in, const v1::InterimChe
   out.set_dx_mm(in.translation_mm.x());
   out.set_dy_mm(in.translation_mm.y());
   out.set_dz_mm(in.translation_mm.z());
-  out.set_dalpha_deg(kDegPerRad * in.angles.alpha);
-  out.set_dbeta_deg(kDegPerRad * in.angles.beta);
-  out.set_dgamma_deg(kDegPerRad * in.angles.gamma);
+  out.set_dalpha_deg(runtime::kDegPerRad * in.angles.alpha);
+  out.set_dbeta_deg(runtime::kDegPerRad * in.angles.beta);
+  out.set_dgamma_deg(runtime::kDegPerRad * in.angles.gamma);
   for (const metrology::PlaceDisplacement& p : in.places) {
     v1::InterimPlace* place = out.add_places();
     place->set_y_mm(p.y_mm);
     place->set_z_mm(p.z_mm);
-    place->set_dx_um(kUmPerMm * p.displacement_mm.x());
-    place->set_dy_um(kUmPerMm * p.displacement_mm.y());
-    place->set_dz_um(kUmPerMm * p.displacement_mm.z());
-    place->set_distance_um(kUmPerMm * p.distance_mm);
-    place->set_bound_um(kUmPerMm * p.upper_mm);
+    place->set_dx_um(runtime::kUmPerMm * p.displacement_mm.x());
+    place->set_dy_um(runtime::kUmPerMm * p.displacement_mm.y());
+    place->set_dz_um(runtime::kUmPerMm * p.displacement_mm.z());
+    place->set_distance_um(runtime::kUmPerMm * p.distance_mm);
+    place->set_bound_um(runtime::kUmPerMm * p.upper_mm);
   }
   out.set_worst_place(static_cast<int>(in.worst));
   out.set_swing_count(in.swing_count);

@@ -10,11 +10,11 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::calibration {
 namespace {
 
-constexpr double kDegPerRad = 180 / M_PI;
 constexpr double kSecondsPerDay = 86400;
 constexpr double kUsualCoverage = 3;
 
@@ -27,8 +27,8 @@ CalibratedParameter Lean(const std::string& name, const std::vector<double>& dir
     for (int c = 0; c < 2; ++c) block(r, c) = covariance.at(8 * (first + r) + first + c);
   const Eigen::RowVector2d row = metrology::TangentBasis(d).row(toward);
   const double variance = (row * block * row.transpose())(0);
-  return {name, kDegPerRad * std::asin(std::clamp(d(toward), -1.0, 1.0)),
-          kDegPerRad * std::sqrt(std::max(0.0, variance))};
+  return {name, runtime::kDegPerRad * std::asin(std::clamp(d(toward), -1.0, 1.0)),
+          runtime::kDegPerRad * std::sqrt(std::max(0.0, variance))};
 }
 
 std::vector<CalibratedParameter> SensorParameters(const storage::SensorCalibrationRow& s) {

@@ -11,6 +11,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/time_proto.h"
+#include "services/runtime/units.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 #include "sixpoint/calibration/v1/study.grpc.pb.h"
 
@@ -18,8 +19,6 @@ namespace sixpoint::clients {
 namespace {
 
 using calibration::v1::Calibration;
-
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
 
 absl::Status Damaged(const Calibration& calibration, const std::string& what) {
   return absl::DataLossError(calibration.name() + ": " + what);
@@ -124,7 +123,7 @@ absl::StatusOr<FetchedRotationCalibration> RotationOf(const Calibration& calibra
 
 std::vector<double> Radians(const google::protobuf::RepeatedField<double>& values_deg) {
   std::vector<double> values_rad;
-  for (const double value : values_deg) values_rad.push_back(value * kRadPerDeg);
+  for (const double value : values_deg) values_rad.push_back(value * runtime::kRadPerDeg);
   return values_rad;
 }
 
@@ -141,11 +140,11 @@ absl::StatusOr<FetchedAxis> AxisOf(const Calibration& calibration) {
   const double uncertainty_deg = in.compensated_standard_uncertainty().value_deg();
   if (!(uncertainty_deg >= 0 && uncertainty_deg < 10))
     return Damaged(calibration, "compensated_standard_uncertainty: " + NumberText(uncertainty_deg) + " deg");
-  out.positioning.standard_uncertainty_rad = uncertainty_deg * kRadPerDeg;
+  out.positioning.standard_uncertainty_rad = uncertainty_deg * runtime::kRadPerDeg;
   const double whole_deg = in.standard_uncertainty().value_deg();
   if (!(whole_deg >= 0 && whole_deg < 10))
     return Damaged(calibration, "standard_uncertainty: " + NumberText(whole_deg) + " deg");
-  out.whole_standard_uncertainty_rad = whole_deg * kRadPerDeg;
+  out.whole_standard_uncertainty_rad = whole_deg * runtime::kRadPerDeg;
   return out;
 }
 
@@ -156,7 +155,8 @@ absl::StatusOr<FetchedArmStudy> ArmOf(const calibration::v1::Study& study) {
   for (const calibration::v1::ArmDisplacement& in : study.arm().displacements()) {
     metrology::ArmDisplacement& one = displacements.emplace_back();
     one.translation_mm = {in.dx_mm(), in.dy_mm(), in.dz_mm()};
-    one.angles = {in.dalpha_deg() * kRadPerDeg, in.dbeta_deg() * kRadPerDeg, in.dgamma_deg() * kRadPerDeg};
+    one.angles = {in.dalpha_deg() * runtime::kRadPerDeg, in.dbeta_deg() * runtime::kRadPerDeg,
+                  in.dgamma_deg() * runtime::kRadPerDeg};
   }
   // dx, dy, dz in mm or um, then dalpha, dbeta, dgamma in deg.
   metrology::Vector6d sigma = metrology::Vector6d::Zero();
@@ -164,7 +164,7 @@ absl::StatusOr<FetchedArmStudy> ArmOf(const calibration::v1::Study& study) {
     static const std::vector<std::string> kOrder = {"dalpha", "dbeta", "dgamma", "dx", "dy", "dz"};
     const auto found = std::find(kOrder.begin(), kOrder.end(), in.quantity());
     if (found == kOrder.end()) continue;
-    const double unit = in.unit() == "deg" ? kRadPerDeg : in.unit() == "um" ? 1e-3 : 1;
+    const double unit = in.unit() == "deg" ? runtime::kRadPerDeg : in.unit() == "um" ? 1e-3 : 1;
     sigma[found - kOrder.begin()] = unit * in.stated_standard_uncertainty();
   }
   const absl::StatusOr<metrology::ArmSpread> spread = metrology::ArmSpreadOf(displacements, sigma);

@@ -10,11 +10,11 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/stored_geometry.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::clients {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
 constexpr int kMostDraws = 64;
 constexpr double kLeast_um = 1e-6;  // less is nothing, and no number that is kept as a real
 
@@ -59,7 +59,7 @@ bool IsFormOfBlade(const std::string& source) { return source.rfind("form, ", 0)
 metrology::ScannerField FieldOf(const plant::v1::Sensor& sensor) {
   const auto of = sensor.kind() == plant::v1::SENSOR_KIND_SNAPSHOT ? &metrology::ScannerField::OfSnapshot
                                                                    : &metrology::ScannerField::Of;
-  return of(sensor.mid_range_mm(), sensor.range_mm(), sensor.line_angle_deg() * kRad);
+  return of(sensor.mid_range_mm(), sensor.range_mm(), sensor.line_angle_deg() * runtime::kRadPerDeg);
 }
 
 metrology::Travel ApproachOf(const plant::v1::Machine& machine) {

@@ -8,11 +8,10 @@
 #include "services/clients/error_sources.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::clients {
 namespace {
-
-constexpr double kRad = 3.14159265358979323846 / 180;
 
 absl::StatusOr<metrology::AngleInfluence::Axis> AxisOf(const std::string& field, const std::string& letter,
                                                        const FetchedRotationCalibration& rotation) {
@@ -28,10 +27,10 @@ absl::StatusOr<metrology::AngleInfluence> AngleOf(const registration::v1::ScanAn
     return runtime::Refuse("registration.angles.pose_per_rad", std::to_string(in.pose_per_rad_size()) + " values", "6");
   metrology::AngleInfluence angle;
   angle.axis = axis;
-  angle.commanded_rad = in.commanded_deg() * kRad;
-  angle.reached_rad = in.reached_deg() * kRad;
-  angle.standard_uncertainty_rad = in.standard_uncertainty_deg() * kRad;
-  angle.half_reversal_rad = in.half_reversal_deg() * kRad;
+  angle.commanded_rad = in.commanded_deg() * runtime::kRadPerDeg;
+  angle.reached_rad = in.reached_deg() * runtime::kRadPerDeg;
+  angle.standard_uncertainty_rad = in.standard_uncertainty_deg() * runtime::kRadPerDeg;
+  angle.half_reversal_rad = in.half_reversal_deg() * runtime::kRadPerDeg;
   for (int i = 0; i < 6; ++i) angle.pose_per_rad(i) = in.pose_per_rad(i);
   if (!angle.pose_per_rad.allFinite() || !std::isfinite(angle.standard_uncertainty_rad + angle.half_reversal_rad))
     return runtime::Refuse("registration.angles", in.axis() + " " + NumberText(in.commanded_deg()),

@@ -12,6 +12,7 @@
 #include "services/clients/scan_upload.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/units.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 
 namespace sixpoint::clients {
@@ -22,7 +23,6 @@ using ingest::v1::DownloadScanResponse;
 using ingest::v1::ScanBlock;
 using ingest::v1::ScanHeader;
 
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 // More than any scan that ingest takes; guards this process against a server that lies.
 constexpr std::int64_t kGreatestPointCount = 200'000'000;
 
@@ -35,8 +35,8 @@ metrology::LineScan LineScanOf(const ingest::v1::Scan& record) {
   const ScanHeader& header = record.header();
   scan.id = header.scan_id();
   scan.v0_mm = {header.v0_mm().x_mm(), header.v0_mm().y_mm(), header.v0_mm().z_mm()};
-  scan.a_rad = header.a_deg() * kRadPerDeg;
-  scan.b_rad = header.b_deg() * kRadPerDeg;
+  scan.a_rad = header.a_deg() * runtime::kRadPerDeg;
+  scan.b_rad = header.b_deg() * runtime::kRadPerDeg;
   scan.profile_pitch_mm = header.profile_pitch_mm();
   return scan;
 }

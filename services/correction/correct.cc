@@ -9,11 +9,10 @@
 #include "services/correction/gate.h"
 #include "services/correction/pose_failure.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::correction {
 namespace {
-
-constexpr double kRad = 3.14159265358979323846 / 180;
 
 // Where a program has to take each hole, by "group/hole", and the tool along each path, by "path/number".
 std::map<std::string, metrology::NcTarget> TargetsOf(const Corrected& corrected) {
@@ -22,7 +21,8 @@ std::map<std::string, metrology::NcTarget> TargetsOf(const Corrected& corrected)
   for (const metrology::CorrectedHoleGroup& group : corrected.groups) {
     for (const metrology::CorrectedHole& hole : group.holes) {
       targets[group.name + "/" + hole.name] = {hole.start_mm.x(), hole.start_mm.y(), hole.start_mm.z(),
-                                               group.corrected.a_rad / kRad, group.corrected.b_rad / kRad};
+                                               group.corrected.a_rad / runtime::kRadPerDeg,
+                                               group.corrected.b_rad / runtime::kRadPerDeg};
     }
   }
   return targets;

@@ -12,11 +12,10 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/time_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::correction {
 namespace {
-
-constexpr double kRad = 3.14159265358979323846 / 180;
 
 // The tables that the registration applied, each still in force: the same that the angles are commanded by.
 absl::StatusOr<std::vector<clients::FetchedAxis>> TablesInForce(const clients::BladePeers& peers,
@@ -67,9 +66,9 @@ absl::StatusOr<metrology::NominalHoleGroup> NominalGroup(const plant::v1::HoleGr
   const auto axis = runtime::FromProto("part.hole_groups." + group.group() + ".axis_in_part", group.axis_in_part());
   if (!axis.ok()) return axis.status();
   nominal.axis_in_part = *axis;
-  nominal.nominal = {group.a_nominal_deg() * kRad, group.b_nominal_deg() * kRad};
+  nominal.nominal = {group.a_nominal_deg() * runtime::kRadPerDeg, group.b_nominal_deg() * runtime::kRadPerDeg};
   nominal.position_tolerance_mm = clients::GreatestPositionError_mm(group);
-  nominal.inclination_tolerance_rad = group.inclination_tolerance_deg() * kRad;
+  nominal.inclination_tolerance_rad = group.inclination_tolerance_deg() * runtime::kRadPerDeg;
   for (const plant::v1::Hole& hole : group.holes()) {
     const auto start = runtime::FromProto("part.hole_groups." + group.group() + "." + hole.hole() + ".start_in_part_mm",
                                           hole.start_in_part_mm());

@@ -8,11 +8,10 @@
 #include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::correction {
 namespace {
-
-constexpr double kRad = 3.14159265358979323846 / 180;
 
 absl::StatusOr<metrology::AxisLine> LineOf(const std::string& field, const plant::v1::Joint& joint) {
   const auto direction = runtime::FromProto(field + ".direction", joint.direction());
@@ -60,8 +59,8 @@ absl::StatusOr<MachineAxes> AxesOf(const plant::v1::Machine& machine) {
   }
   axes.nominal = {*a, *b};
   axes.letters = {rotary[0]->axis(), rotary[1]->axis()};
-  axes.limits = {rotary[0]->minimum() * kRad, rotary[0]->maximum() * kRad, rotary[1]->minimum() * kRad,
-                 rotary[1]->maximum() * kRad};
+  axes.limits = {rotary[0]->minimum() * runtime::kRadPerDeg, rotary[0]->maximum() * runtime::kRadPerDeg,
+                 rotary[1]->minimum() * runtime::kRadPerDeg, rotary[1]->maximum() * runtime::kRadPerDeg};
   return axes;
 }
 
@@ -69,7 +68,7 @@ metrology::GateLimits LimitsOf(const plant::v1::Machine& machine) {
   const plant::v1::SafetyEnvelope& envelope = machine.safety_envelope();
   metrology::GateLimits limits;
   limits.translation_mm = envelope.translation_mm();
-  limits.rotation_rad = envelope.rotation_deg() * kRad;
+  limits.rotation_rad = envelope.rotation_deg() * runtime::kRadPerDeg;
   limits.uncertainty_share = envelope.uncertainty_share();
   limits.registration_age_h = envelope.registration_age_h();
   limits.keep_out_mm = envelope.keep_out_mm();

@@ -9,6 +9,7 @@
 #include "services/runtime/resource_name.h"
 #include "services/runtime/stored_enum.h"
 #include "services/runtime/time_proto.h"
+#include "services/runtime/units.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::correction {
@@ -28,21 +29,17 @@ std::string WordOf(metrology::PassOutcome outcome) {
   return "NOT_DETERMINED";
 }
 
-std::optional<double> In_um(const std::optional<double>& mm) {
-  return mm ? std::optional<double>(1e3 * *mm) : std::nullopt;
-}
-
 storage::MachinedRegionRow RowOf(const std::string& region, const metrology::PassRegion& found) {
   storage::MachinedRegionRow row;
   row.region = region;
   row.patch_count = static_cast<int>(found.patch_count);
   row.seen_part = found.seen_part;
-  row.mean_rest_um = In_um(found.mean_rest_mm);
-  row.least_rest_um = In_um(found.least_rest_mm);
-  row.greatest_rest_um = In_um(found.greatest_rest_mm);
-  row.least_lower_spare_um = In_um(found.least_lower_spare_mm);
-  row.least_upper_spare_um = In_um(found.least_upper_spare_mm);
-  row.offset_um = In_um(found.offset_mm);
+  row.mean_rest_um = runtime::In_um(found.mean_rest_mm);
+  row.least_rest_um = runtime::In_um(found.least_rest_mm);
+  row.greatest_rest_um = runtime::In_um(found.greatest_rest_mm);
+  row.least_lower_spare_um = runtime::In_um(found.least_lower_spare_mm);
+  row.least_upper_spare_um = runtime::In_um(found.least_upper_spare_mm);
+  row.offset_um = runtime::In_um(found.offset_mm);
   row.deflection_share = found.deflection_share;
   return row;
 }

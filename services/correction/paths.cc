@@ -7,16 +7,15 @@
 #include "metrology/correction/tool_path_steps.h"
 #include "services/correction/inputs.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::correction {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
-
 // From pose to pose. A rotary axis that swings while the tool hardly turns has jumped; linear axes follow it on a lever of half a metre at most.
 constexpr double kUsualStep_deg = 10, kTurnsOfTool = 4, kLever_mm = 500;
 metrology::PathContinuity StepsOf(double step_deg) {
-  const double step_rad = step_deg * kRad;
+  const double step_rad = step_deg * runtime::kRadPerDeg;
   return {{step_rad, 0, kTurnsOfTool}, {kLever_mm * step_rad, 2, kLever_mm * kTurnsOfTool}};
 }
 
@@ -24,9 +23,9 @@ absl::StatusOr<ModelPath> PathOf(const std::string& field, const plant::v1::Tool
                                  const plant::v1::Electrode& electrode) {
   ModelPath out;
   out.nominal.name = path.path();
-  out.nominal.nominal = {path.a_nominal_deg() * kRad, path.b_nominal_deg() * kRad};
+  out.nominal.nominal = {path.a_nominal_deg() * runtime::kRadPerDeg, path.b_nominal_deg() * runtime::kRadPerDeg};
   out.nominal.position_tolerance_mm = path.position_tolerance_mm();
-  out.nominal.inclination_tolerance_rad = path.inclination_tolerance_deg() * kRad;
+  out.nominal.inclination_tolerance_rad = path.inclination_tolerance_deg() * runtime::kRadPerDeg;
   for (int i = 0; i < path.poses_size(); ++i) {
     const std::string at = field + ".poses[" + std::to_string(i) + "]";
     const auto tip = runtime::FromProto(at + ".tip_in_part_mm", path.poses(i).tip_in_part_mm());
@@ -125,8 +124,13 @@ void AddTargets(const metrology::CorrectedToolPath& path, std::map<std::string, 
   for (const metrology::CorrectedToolPose& pose : path.poses) {
     const Eigen::Vector3d& tip = pose.start.start_mm;
     ++number;
-    (*targets)[path.name + "/" + std::to_string(number)] = {
-        tip.x(), tip.y(), tip.z(), pose.corrected.a_rad / kRad, pose.corrected.b_rad / kRad, path.name, number};
+    (*targets)[path.name + "/" + std::to_string(number)] = {tip.x(),
+                                                            tip.y(),
+                                                            tip.z(),
+                                                            pose.corrected.a_rad / runtime::kRadPerDeg,
+                                                            pose.corrected.b_rad / runtime::kRadPerDeg,
+                                                            path.name,
+                                                            number};
   }
 }
 

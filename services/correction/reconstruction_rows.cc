@@ -12,19 +12,13 @@
 #include "services/runtime/little_endian.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/row_geometry.h"
+#include "services/runtime/units.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::correction {
 namespace {
 
-constexpr double kTo_um = 1e3;
-constexpr double kTo_deg = 180 / 3.14159265358979323846;
-constexpr double kExpanded = 2;  // 95 %
 constexpr std::size_t kMostHolds = 100;
-
-std::optional<double> In_um(const std::optional<double>& mm) {
-  return mm ? std::optional<double>(kTo_um * *mm) : std::nullopt;
-}
 
 std::string WordOf(metrology::LimitKind kind) {
   switch (kind) {
@@ -59,11 +53,11 @@ storage::ReconstructionRegionRow RegionRowOf(const storage::ShapeRegionRow& appl
   row.area_mm2 = finding.area_mm2;
   row.seen_part = finding.seen_part;
   row.patch_count = static_cast<int>(finding.patch_count);
-  row.least_allowance_um = In_um(finding.least_allowance_mm);
-  row.least_spare_um = In_um(finding.least_spare_mm);
+  row.least_allowance_um = runtime::In_um(finding.least_allowance_mm);
+  row.least_spare_um = runtime::In_um(finding.least_spare_mm);
   row.greatest_band_use = finding.greatest_band_use;
-  row.worst_fixed_um = In_um(finding.worst_fixed_mm);
-  if (applied.kind == "DATUM") row.worst_datum_um = kTo_um * finding.worst_datum_mm;
+  row.worst_fixed_um = runtime::In_um(finding.worst_fixed_mm);
+  if (applied.kind == "DATUM") row.worst_datum_um = runtime::kUmPerMm * finding.worst_datum_mm;
   return row;
 }
 
@@ -89,7 +83,8 @@ std::vector<storage::ReconstructionHoldRow> HoldRowsOf(const std::vector<metrolo
 std::optional<storage::ShapeProofRow::Relaxation> RelaxationOf(
     const std::optional<metrology::LeastRelaxation>& relaxation) {
   if (!relaxation) return std::nullopt;
-  return storage::ShapeProofRow::Relaxation{kTo_um * relaxation->at_least_mm, kTo_um * relaxation->at_most_mm};
+  return storage::ShapeProofRow::Relaxation{runtime::kUmPerMm * relaxation->at_least_mm,
+                                            runtime::kUmPerMm * relaxation->at_most_mm};
 }
 
 void SetShape(const metrology::Reconstruction& found, storage::ReconstructionRow* row) {
@@ -100,14 +95,14 @@ void SetShape(const metrology::Reconstruction& found, storage::ReconstructionRow
   row->level_count = found.level_count;
   row->pass_count = found.pass_count;
   if (found.deformation) {
-    row->worst_step_um = kTo_um * found.worst_step_mm;
-    row->worst_kink_deg = kTo_deg * found.worst_kink_rad;
+    row->worst_step_um = runtime::kUmPerMm * found.worst_step_mm;
+    row->worst_kink_deg = runtime::kDegPerRad * found.worst_kink_rad;
     row->lattice = LatticeBytes(*found.deformation);
     row->lattice_sha256 = storage::Sha256Hex(row->lattice);
   }
   if (!found.proof) return;
   const metrology::ShapeProof& proof = *found.proof;
-  row->proof = storage::ShapeProofRow{proof.of_any_shape, kTo_um * proof.lacking_mm, proof.control_reach_mm,
+  row->proof = storage::ShapeProofRow{proof.of_any_shape, runtime::kUmPerMm * proof.lacking_mm, proof.control_reach_mm,
                                       RelaxationOf(proof.tolerance), RelaxationOf(proof.stock)};
 }
 
@@ -123,8 +118,9 @@ storage::BlankPatchesRow PatchesRowOf(const std::vector<metrology::BlankPatch>& 
       row.points_in_part_mm.push_back(patch.point_mm[k]);
       row.normals_in_part.push_back(runtime::Short(patch.normal[k]));
     }
-    row.expanded_uncertainties_um.push_back(runtime::Short(kTo_um * kExpanded * patch.standard_uncertainty_mm));
-    row.stock_um.push_back(stock_mm[i] ? runtime::Short(kTo_um * *stock_mm[i])
+    row.expanded_uncertainties_um.push_back(
+        runtime::Short(runtime::kUmPerMm * kPatchCoverage * patch.standard_uncertainty_mm));
+    row.stock_um.push_back(stock_mm[i] ? runtime::Short(runtime::kUmPerMm * *stock_mm[i])
                                        : std::numeric_limits<double>::quiet_NaN());
     row.regions.push_back(static_cast<std::int64_t>(regions[i]));
   }

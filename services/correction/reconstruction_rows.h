@@ -7,6 +7,9 @@
 
 namespace sixpoint::correction {
 
+// Of the expanded uncertainties of patches: 95 %.
+inline constexpr double kPatchCoverage = 2;
+
 runtime::Made<storage::ReconstructionRow> RecordOf(const clients::RegisteredBlade& blade,
                                                    const ReconstructionOrder& order, const AppliedRegions& regions,
                                                    const ReconstructedBlank& made);

@@ -11,26 +11,26 @@
 #include "services/runtime/computed_on.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
+#include "services/runtime/units.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::correction {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
-
 storage::CorrectionGroupRow GroupRowOf(const metrology::CorrectedHoleGroup& group, bool tables_applied) {
   storage::CorrectionGroupRow row;
   row.group_name = group.name;
-  row.a_deg = group.corrected.a_rad / kRad;
-  row.b_deg = group.corrected.b_rad / kRad;
-  row.a_nominal_deg = group.nominal.a_rad / kRad;
-  row.b_nominal_deg = group.nominal.b_rad / kRad;
-  row.a_ideal_deg = group.ideal.a_rad / kRad;
-  row.b_ideal_deg = group.ideal.b_rad / kRad;
-  row.a_standard_uncertainty_deg = group.a_standard_uncertainty_rad / kRad;
-  row.b_standard_uncertainty_deg = group.b_standard_uncertainty_rad / kRad;
-  row.tilt_deg = group.tilt_rad / kRad;
-  if (tables_applied) row.reached_deg = {group.reached.a_rad / kRad, group.reached.b_rad / kRad};
+  row.a_deg = group.corrected.a_rad / runtime::kRadPerDeg;
+  row.b_deg = group.corrected.b_rad / runtime::kRadPerDeg;
+  row.a_nominal_deg = group.nominal.a_rad / runtime::kRadPerDeg;
+  row.b_nominal_deg = group.nominal.b_rad / runtime::kRadPerDeg;
+  row.a_ideal_deg = group.ideal.a_rad / runtime::kRadPerDeg;
+  row.b_ideal_deg = group.ideal.b_rad / runtime::kRadPerDeg;
+  row.a_standard_uncertainty_deg = group.a_standard_uncertainty_rad / runtime::kRadPerDeg;
+  row.b_standard_uncertainty_deg = group.b_standard_uncertainty_rad / runtime::kRadPerDeg;
+  row.tilt_deg = group.tilt_rad / runtime::kRadPerDeg;
+  if (tables_applied)
+    row.reached_deg = {group.reached.a_rad / runtime::kRadPerDeg, group.reached.b_rad / runtime::kRadPerDeg};
   for (const metrology::CorrectedHole& hole : group.holes) {
     storage::CorrectionHoleRow& hole_row = row.holes.emplace_back();
     hole_row.hole_name = hole.name;
@@ -45,7 +45,7 @@ storage::CorrectionGroupRow GroupRowOf(const metrology::CorrectedHoleGroup& grou
 
 std::array<double, 3> Coordinates(const Eigen::Vector3d& point) { return {point.x(), point.y(), point.z()}; }
 std::array<double, 2> Degrees(const metrology::RotaryAngles& angles) {
-  return {angles.a_rad / kRad, angles.b_rad / kRad};
+  return {angles.a_rad / runtime::kRadPerDeg, angles.b_rad / runtime::kRadPerDeg};
 }
 
 // A group of one hole, which stands at the first pose and is as uncertain as the worst.
@@ -60,7 +60,7 @@ storage::CorrectionGroupRow GroupRowOf(const CorrectedPath& corrected, bool tabl
   path.greatest_chord_um = corrected.greatest_chord_um;
   path.greatest_axis_deviation_deg = corrected.greatest_axis_deviation_deg;
   if (const auto& adapted = corrected.adaptation)
-    path.adaptation = {adapted->greatest_shift_mm, adapted->greatest_turn_rad / kRad, adapted->gouge_um,
+    path.adaptation = {adapted->greatest_shift_mm, adapted->greatest_turn_rad / runtime::kRadPerDeg, adapted->gouge_um,
                        adapted->rest_um, adapted->deepest_compensation_um};
   for (const metrology::CorrectedToolPose& at : corrected.path.poses) {
     storage::CorrectionToolPoseRow& pose = path.poses.emplace_back();
@@ -69,8 +69,9 @@ storage::CorrectionGroupRow GroupRowOf(const CorrectedPath& corrected, bool tabl
     pose.commanded_deg = Degrees(at.corrected);
     pose.nominal_deg = Degrees(at.nominal_angles);
     if (tables_applied) pose.reached_deg = Degrees(at.reached);
-    pose.tilt_deg = at.tilt_rad / kRad;
-    pose.standard_uncertainty_deg = {at.a_standard_uncertainty_rad / kRad, at.b_standard_uncertainty_rad / kRad};
+    pose.tilt_deg = at.tilt_rad / runtime::kRadPerDeg;
+    pose.standard_uncertainty_deg = {at.a_standard_uncertainty_rad / runtime::kRadPerDeg,
+                                     at.b_standard_uncertainty_rad / runtime::kRadPerDeg};
     pose.expanded_uncertainty_um = at.start.expanded_uncertainty_um;
   }
   return row;
@@ -167,7 +168,7 @@ runtime::Made<storage::CorrectionRow> RecordOf(const Inputs& inputs, const Corre
     if (!check.passed()) row.release_reasons.push_back(metrology::TextOf(check));
   }
   row.envelope_translation_mm = inputs.limits.translation_mm;
-  row.envelope_rotation_deg = inputs.limits.rotation_rad / kRad;
+  row.envelope_rotation_deg = inputs.limits.rotation_rad / runtime::kRadPerDeg;
   row.registration_age_h = inputs.limits.registration_age_h;
   row.clamping = registration.clamping();
   row.valid_until = std::min(inputs.sensor.valid_until, inputs.rotation.valid_until);

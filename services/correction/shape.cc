@@ -7,13 +7,11 @@
 #include "services/correction/lattice_bytes.h"
 #include "services/correction/reconstruct.h"
 #include "services/correction/reconstruction_order.h"
+#include "services/correction/reconstruction_rows.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::correction {
-namespace {
-
-constexpr double kFrom_um = 1e-3, kExpanded = 2;  // kept at 95 %
-
-}  // namespace
+namespace {}  // namespace
 
 absl::StatusOr<Shape> ShapeOf(const storage::ReconstructionStore& reconstructions,
                               const storage::ReconstructionRow& row, std::shared_ptr<const metrology::Surface> surface,
@@ -34,7 +32,7 @@ std::vector<metrology::BlankPatch> PatchesOf(const storage::BlankPatchesRow& row
   for (std::size_t i = 0; i < patches.size(); ++i) {
     patches[i].point_mm = Eigen::Vector3d(row.points_in_part_mm.data() + 3 * i);
     patches[i].normal = Eigen::Vector3d(row.normals_in_part.data() + 3 * i);
-    patches[i].standard_uncertainty_mm = kFrom_um * row.expanded_uncertainties_um[i] / kExpanded;
+    patches[i].standard_uncertainty_mm = runtime::kMmPerUm * row.expanded_uncertainties_um[i] / kPatchCoverage;
   }
   return patches;
 }

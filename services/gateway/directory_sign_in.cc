@@ -35,11 +35,6 @@ HttpResponse Sent(unsigned status, const std::string& location) {
   return {status, {{"Location", location}, {"Cache-Control", "no-store"}}, ""};
 }
 
-std::string ValueOf(const Url& url, const std::string& name) {
-  const auto found = url.query.find(name);
-  return found == url.query.end() ? "" : found->second;
-}
-
 // Back to where the person was, with a word for the page. Nothing that came from outside is in it.
 HttpResponse NotSignedIn(const Exchange& exchange, const std::optional<SignInTicket>& ticket, const char* word,
                          const std::string& what) {

@@ -34,11 +34,6 @@ absl::Status CheckQuery(const Url& url, const std::vector<std::string>& known) {
   return absl::OkStatus();
 }
 
-std::string ValueOf(const Url& url, const std::string& name) {
-  const auto found = url.query.find(name);
-  return found == url.query.end() ? "" : found->second;
-}
-
 // RFC 9110, 14.1.2: bytes=5-9, bytes=5-, bytes=-3; one of them. What is none counts for nothing, as the standard has it.
 struct Range {
   std::int64_t first = 0, count = 0;  // count 0: all that follow

@@ -71,4 +71,9 @@ std::optional<Url> UrlOf(std::string_view target) {
   return url;
 }
 
+std::string ValueOf(const Url& url, const std::string& name) {
+  const auto found = url.query.find(name);
+  return found == url.query.end() ? "" : found->second;
+}
+
 }  // namespace sixpoint::gateway

@@ -18,4 +18,7 @@ struct Url {
 // None of a target that is no path, decodes to control characters, or names a parameter twice.
 std::optional<Url> UrlOf(std::string_view target);
 
+// Of the query's parameter of that name; empty where there is none.
+std::string ValueOf(const Url& url, const std::string& name);
+
 }  // namespace sixpoint::gateway

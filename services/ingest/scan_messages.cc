@@ -14,14 +14,6 @@
 namespace sixpoint::ingest {
 namespace {
 
-v1::ScanKind KindOf(const std::string& text) {
-  for (const v1::ScanKind kind :
-       {v1::SCAN_KIND_ARTEFACT, v1::SCAN_KIND_ARM, v1::SCAN_KIND_AIRFOIL, v1::SCAN_KIND_LOCAL, v1::SCAN_KIND_PINS}) {
-    if (KindText(kind) == text) return kind;
-  }
-  return v1::SCAN_KIND_UNSPECIFIED;
-}
-
 struct EncodingName {
   v1::Encoding encoding;
   const char* text;
@@ -76,6 +68,13 @@ std::string KindText(v1::ScanKind kind) {
     default:
       return "";
   }
+}
+
+v1::ScanKind KindOf(const std::string& text) {
+  for (int i = 1; i < v1::ScanKind_ARRAYSIZE; ++i) {
+    if (KindText(static_cast<v1::ScanKind>(i)) == text) return static_cast<v1::ScanKind>(i);
+  }
+  return v1::SCAN_KIND_UNSPECIFIED;
 }
 
 absl::StatusOr<storage::ScanFilter> FilterOf(const v1::ListScansRequest& request) {

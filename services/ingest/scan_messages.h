@@ -13,6 +13,7 @@ namespace sixpoint::ingest {
 
 // "airfoil" and so on; empty for UNSPECIFIED.
 std::string KindText(v1::ScanKind kind);
+v1::ScanKind KindOf(const std::string& text);
 
 // What ListScans leaves of all scans; refuses names of other collections, a kind that is none and a range that is none.
 absl::StatusOr<storage::ScanFilter> FilterOf(const v1::ListScansRequest& request);

@@ -14,13 +14,6 @@ namespace {
 constexpr int kGreatestKeepDays = 36'525;  // a hundred years
 constexpr std::int64_t kGreatestGrace_s = 366 * 86'400;
 
-v1::ScanKind KindOf(const std::string& text) {
-  for (int i = 1; i < v1::ScanKind_ARRAYSIZE; ++i) {
-    if (KindText(static_cast<v1::ScanKind>(i)) == text) return static_cast<v1::ScanKind>(i);
-  }
-  return v1::SCAN_KIND_UNSPECIFIED;
-}
-
 v1::DamageKind DamageKindOf(const std::string& what) {
   if (what == "missing") return v1::DAMAGE_KIND_MISSING;
   if (what == "size") return v1::DAMAGE_KIND_SIZE;

@@ -16,12 +16,12 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
+#include "services/runtime/units.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::ingest {
 namespace {
 
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 // A database that does not answer in this time is away: the sender hears of it, and comes again.
 constexpr std::chrono::seconds kDatabasePatience{15};
 
@@ -57,7 +57,7 @@ metrology::Points PointsOf(const v1::ScanBlock& block, double mm_per_unit) {
 }
 
 metrology::ScannerFan FanOf(const plant::v1::Sensor& sensor) {
-  return {sensor.column_count(), sensor.line_angle_deg() * kRadPerDeg, sensor.mid_range_mm()};
+  return {sensor.column_count(), sensor.line_angle_deg() * runtime::kRadPerDeg, sensor.mid_range_mm()};
 }
 
 std::string WithRevision(const std::string& name, int revision) { return name + "@" + std::to_string(revision); }

@@ -8,13 +8,13 @@
 #include "refusal/message_text.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::ingest {
 namespace {
 
 using runtime::Refuse;
 
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 // No machine tool is larger, and float32 is fine enough for every encoder reading below it.
 constexpr double kGreatestCoordinateMm = 1e5;
 constexpr double kGreatestEncoderMm = 1e4;
@@ -294,7 +294,8 @@ absl::Status CheckStatistics(const v1::ScanHeader& header, const plant::v1::Sens
       std::max(kLeastMarginMm, kNoiseMargins * sensor.noise_um() * 1e-3) + header.sender_error_um() * 1e-3;
   const double z_limit_mm = sensor.range_mm() / 2 + margin_mm;
   const double y_limit_mm =
-      (sensor.mid_range_mm() + sensor.range_mm() / 2) * std::tan(sensor.line_angle_deg() / 2 * kRadPerDeg) + margin_mm;
+      (sensor.mid_range_mm() + sensor.range_mm() / 2) * std::tan(sensor.line_angle_deg() / 2 * runtime::kRadPerDeg) +
+      margin_mm;
   // Of profiles x is the encoder's reading; a snapshot's view is as wide along x.
   const std::array<double, 3> limit_mm = {IsSnapshot(header) ? y_limit_mm : kGreatestEncoderMm, y_limit_mm, z_limit_mm};
   for (std::size_t i = 0; i < 3; ++i) {

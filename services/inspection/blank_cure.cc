@@ -10,6 +10,7 @@
 #include "metrology/inspection/cure.h"
 #include "services/inspection/deviation_order.h"
 #include "services/inspection/stored_verdict.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -17,7 +18,6 @@ namespace {
 using plant::v1::Characteristic;
 using namespace plant::v1;  // NOLINT: quantities' names say whose they are
 
-constexpr double kMmPerUm = 1e-3;
 // Of what one motion has to meet: a call's memory and time.
 constexpr std::size_t kMostPatches = 500'000;
 
@@ -49,7 +49,7 @@ bool IsLocated(const Characteristic& characteristic) {
 }
 
 // Patches of some profiles, each with where it is from.
-struct Zone {
+struct ZonePatches {
   std::vector<metrology::LimitedPatch> patches;
   std::vector<storage::LimitConflictRow> told;  // as many
 };
@@ -61,7 +61,8 @@ metrology::SurfaceRegion KernelRegion(const Drawing& drawing, const std::string&
   return {};
 }
 
-void AddPatches(const AssessmentInputs& inputs, const Characteristic& characteristic, int result_index, Zone* zone) {
+void AddPatches(const AssessmentInputs& inputs, const Characteristic& characteristic, int result_index,
+                ZonePatches* zone) {
   const storage::DeviationPatchesRow& rows = inputs.patches.at(result_index);
   const metrology::SurfaceRegion region = KernelRegion(inputs.drawing, characteristic.region());
   const v1::ProfileTolerance tolerance = ToleranceOf(inputs.drawing, characteristic);
@@ -72,10 +73,10 @@ void AddPatches(const AssessmentInputs& inputs, const Characteristic& characteri
   for (std::size_t i = 0; i < rows.means_um.size(); ++i) {
     const Eigen::Vector3d centre_mm = three(rows.centres_in_part_mm, i), normal = three(rows.normals_in_part, i);
     if (!std::isfinite(rows.means_um[i]) || !region.Has(centre_mm, normal)) continue;
-    zone->patches.push_back({centre_mm, normal, kMmPerUm * rows.means_um[i],
-                             rule.sure_guard_factor() * kMmPerUm * rows.expanded_uncertainties_um[i],
-                             rule.guard_factor * kMmPerUm * rows.expanded_uncertainties_um[i], tolerance.lower_mm(),
-                             tolerance.upper_mm()});
+    zone->patches.push_back({centre_mm, normal, runtime::kMmPerUm * rows.means_um[i],
+                             rule.sure_guard_factor() * runtime::kMmPerUm * rows.expanded_uncertainties_um[i],
+                             rule.guard_factor * runtime::kMmPerUm * rows.expanded_uncertainties_um[i],
+                             tolerance.lower_mm(), tolerance.upper_mm()});
     zone->told.push_back({characteristic.characteristic(),
                           result_index,
                           static_cast<int>(i),
@@ -87,7 +88,8 @@ void AddPatches(const AssessmentInputs& inputs, const Characteristic& characteri
   }
 }
 
-absl::StatusOr<std::string> CureOf(const Zone& zone, const std::function<bool()>& keep_going, Assessed* assessed) {
+absl::StatusOr<std::string> CureOf(const ZonePatches& zone, const std::function<bool()>& keep_going,
+                                   Assessed* assessed) {
   if (zone.patches.empty() || zone.patches.size() > kMostPatches) return std::string("UNKNOWN");
   const auto found = metrology::FindCure(zone.patches, keep_going);
   if (!found.ok()) return found.status();
@@ -114,10 +116,10 @@ std::vector<const Characteristic*> CharacteristicsOf(const AssessmentInputs& inp
 }
 
 // All profiles with which the one at that place has to be met at once: of form by itself.
-Zone ZoneOf(const AssessmentInputs& inputs, const Assessed& assessed, const std::vector<const Characteristic*>& of,
-            std::size_t place) {
+ZonePatches ZoneOf(const AssessmentInputs& inputs, const Assessed& assessed,
+                   const std::vector<const Characteristic*>& of, std::size_t place) {
   const Characteristic& one = *of[place];
-  Zone zone;
+  ZonePatches zone;
   for (std::size_t i = 0; i < of.size(); ++i) {
     const std::optional<int>& result = assessed.findings[i].result_index;
     if (!result || inputs.patches.count(*result) == 0) continue;

@@ -16,15 +16,15 @@ using plant::v1::Characteristic;
 using plant::v1::Drawing;
 
 // Of what went through a normalisation, or radians.
-constexpr double kSame = 1e-9;
+constexpr double kMessageMargin = 1e-9;
 // Over wider patches a dent would be averaged away.
 constexpr double kGreatestPatch_mm = 2;
 
 template <typename Message>
-bool Same(const Message& one, const Message& other) {
+bool IsSameMessage(const Message& one, const Message& other) {
   google::protobuf::util::DefaultFieldComparator comparator;
   comparator.set_float_comparison(google::protobuf::util::DefaultFieldComparator::APPROXIMATE);
-  comparator.SetDefaultFractionAndMargin(kSame, kSame);
+  comparator.SetDefaultFractionAndMargin(kMessageMargin, kMessageMargin);
   google::protobuf::util::MessageDifferencer differencer;
   differencer.set_field_comparator(&comparator);
   return differencer.Compare(one, other);
@@ -48,7 +48,7 @@ bool SameRegion(const v1::DeviationMap& map, const std::string& in_map, const Dr
   v1::SurfaceRegion one = *of_map, other = RegionOf(*of_drawing);
   one.clear_region();
   other.clear_region();
-  return Same(one, other);
+  return IsSameMessage(one, other);
 }
 
 // The start lies on the surface, which the axis may meet at a slant.
@@ -184,7 +184,7 @@ bool IsOf(const AssessedResult& result, const DatumFit& fit) {
   registration::v1::FitOptions asked, wanted;
   *asked.mutable_regions_in() = made.regions_in();
   *wanted.mutable_regions_in() = fit.options.regions_in();
-  return Same(asked, wanted) && made.regions_out().empty();
+  return IsSameMessage(asked, wanted) && made.regions_out().empty();
 }
 
 }  // namespace sixpoint::inspection

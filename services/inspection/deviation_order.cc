@@ -11,11 +11,11 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::inspection {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
 constexpr double kGreatestLimit_mm = 100;
 
 absl::StatusOr<DeviationOrder::Profile> ProfileOf(const std::string& field, const v1::ProfileTolerance& in,
@@ -91,7 +91,7 @@ absl::StatusOr<DeviationOrder::Region> KernelRegionOf(const std::string& field, 
       refusals.Add(runtime::Refuse(field + ".facing_within_deg", in.facing_within_deg(), "facing_in_part with it"));
     if (!(in.facing_within_deg() > 0 && in.facing_within_deg() <= 180))
       refusals.Add(runtime::Refuse(field + ".facing_within_deg", in.facing_within_deg(), "more than 0, at most 180"));
-    region.region.facing_within_rad = in.facing_within_deg() * kRad;
+    region.region.facing_within_rad = in.facing_within_deg() * runtime::kRadPerDeg;
   }
   if (!in.has_minimum_in_part_mm() && !in.has_maximum_in_part_mm() && !in.has_facing_in_part())
     refusals.Add(runtime::Refuse(field, "not bounded", "a corner of its box or facing_in_part"));

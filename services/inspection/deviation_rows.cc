@@ -14,13 +14,12 @@
 #include "services/runtime/resource_name.h"
 #include "services/runtime/row_geometry.h"
 #include "services/runtime/surface_where.h"
+#include "services/runtime/units.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::inspection {
 namespace {
 
-constexpr double kTo_um = 1e3;
-constexpr double kRad = 3.14159265358979323846 / 180;
 constexpr std::size_t kMostAreas = 100;
 constexpr char kRule[] =
     "ISO 14253-1 patch by patch: conform where the mean and its U lie within the limits everywhere and enough was "
@@ -29,7 +28,7 @@ constexpr char kRule[] =
 
 storage::DeviationPatchRow PatchRowOf(const metrology::DeviationField& field, std::uint32_t patch, double mean_mm,
                                       double expanded_uncertainty_mm) {
-  return {static_cast<int>(patch), kTo_um * mean_mm, kTo_um * expanded_uncertainty_mm,
+  return {static_cast<int>(patch), runtime::kUmPerMm * mean_mm, runtime::kUmPerMm * expanded_uncertainty_mm,
           runtime::ThreeOf(field.surface->patches()[patch].centre_mm)};
 }
 
@@ -44,9 +43,13 @@ storage::DeviationRegionRow RegionRowOf(const metrology::DeviationField& field,
   const auto patch = [&](std::uint32_t p) {
     return PatchRowOf(field, p, *field.patches[p].mean_mm, field.patches[p].expanded_uncertainty_mm);
   };
-  row.values = storage::DeviationRegionRow::Values{
-      kTo_um * values.mean_mm, kTo_um * values.rms_mm, kTo_um * values.p05_mm, kTo_um * values.p50_mm,
-      kTo_um * values.p95_mm,  patch(values.lowest),   patch(values.highest)};
+  row.values = storage::DeviationRegionRow::Values{runtime::kUmPerMm * values.mean_mm,
+                                                   runtime::kUmPerMm * values.rms_mm,
+                                                   runtime::kUmPerMm * values.p05_mm,
+                                                   runtime::kUmPerMm * values.p50_mm,
+                                                   runtime::kUmPerMm * values.p95_mm,
+                                                   patch(values.lowest),
+                                                   patch(values.highest)};
   return row;
 }
 
@@ -56,7 +59,7 @@ void SetBounds(const DeviationOrder::Region& region, storage::DeviationRegionRow
   if (region.region.maximum_mm) row->maximum_in_part_mm = runtime::ListOf(*region.region.maximum_mm);
   if (!region.region.facing) return;
   row->facing_in_part = runtime::ListOf(*region.region.facing);
-  row->facing_within_deg = region.region.facing_within_rad / kRad;
+  row->facing_within_deg = region.region.facing_within_rad / runtime::kRadPerDeg;
 }
 
 storage::DeviationProfileRow ProfileRowOf(const metrology::DeviationField& field, const DeviationOrder& order,
@@ -105,9 +108,9 @@ storage::DeviationPatchesRow PatchesRowOf(const metrology::DeviationField& field
     }
     row.areas_mm2.push_back(runtime::Short(patch.area_mm2));
     row.point_counts.push_back(found.point_count);
-    row.means_um.push_back(found.mean_mm ? runtime::Short(kTo_um * *found.mean_mm) : not_seen);
-    row.expanded_uncertainties_um.push_back(found.mean_mm ? runtime::Short(kTo_um * found.expanded_uncertainty_mm)
-                                                          : not_seen);
+    row.means_um.push_back(found.mean_mm ? runtime::Short(runtime::kUmPerMm * *found.mean_mm) : not_seen);
+    row.expanded_uncertainties_um.push_back(
+        found.mean_mm ? runtime::Short(runtime::kUmPerMm * found.expanded_uncertainty_mm) : not_seen);
   }
   return row;
 }
@@ -130,8 +133,8 @@ void SetCloud(std::vector<DeviationBlock> cloud, storage::DeviationMapRow* row) 
   std::vector<std::string> digests;
   for (DeviationBlock& block : cloud) {
     digests.push_back(storage::Sha256Hex(block.encoded.bytes));
-    row->cloud.push_back({block.scan, block.point_count, kTo_um * block.encoded.proven_place_error_mm,
-                          kTo_um * block.encoded.proven_deviation_error_mm, digests.back()});
+    row->cloud.push_back({block.scan, block.point_count, runtime::kUmPerMm * block.encoded.proven_place_error_mm,
+                          runtime::kUmPerMm * block.encoded.proven_deviation_error_mm, digests.back()});
     row->cloud_bytes.push_back(std::move(block.encoded.bytes));
   }
   if (!digests.empty()) row->cloud_sha256 = storage::Sha256OfDigests(digests);
@@ -155,7 +158,7 @@ void SetFindings(const DeviationOrder& order, const MappedDeviation& mapped, sto
     row->decision_rule = kRule;
   }
   std::vector<metrology::UncertaintyComponent> usual = metrology::UsualComponents(field);
-  for (metrology::UncertaintyComponent& component : usual) component.variance *= kTo_um * kTo_um;
+  for (metrology::UncertaintyComponent& component : usual) component.variance *= runtime::kUmPerMm * runtime::kUmPerMm;
   clients::KeptBudgets kept = clients::Kept({&usual});
   row->budget_sources = std::move(kept.sources);
   row->budget_um = std::move(kept.standard_uncertainties_um.front());

@@ -25,7 +25,7 @@ bool IsProfileOfForm(const Characteristic& characteristic) {
 }
 
 // One result that is wanted, while characteristics are still added to it.
-struct Wanted {
+struct WantedOrder {
   ResultKind kind = ResultKind::kElsewhere;
   std::string datum_system = {};
   std::vector<int> characteristics = {};  // places in the drawing
@@ -34,15 +34,9 @@ struct Wanted {
   int profile_count = 0;
 };
 
-const plant::v1::DrawingSection* SectionOf(const Drawing& drawing, const std::string& name) {
-  for (const plant::v1::DrawingSection& section : drawing.sections())
-    if (section.section() == name) return &section;
-  return nullptr;
-}
-
-Wanted NeedOf(const Drawing& drawing, int index) {
+WantedOrder NeedOf(const Drawing& drawing, int index) {
   const Characteristic& one = drawing.characteristics(index);
-  Wanted need{KindOf(one.quantity()), one.datum_system(), {index}};
+  WantedOrder need{KindOf(one.quantity()), one.datum_system(), {index}};
   if (need.kind == ResultKind::kSections) {
     const auto* const section = SectionOf(drawing, one.section());
     need.half_width_mm = section == nullptr ? 0 : section->half_width_mm();
@@ -52,7 +46,7 @@ Wanted NeedOf(const Drawing& drawing, int index) {
   return need;
 }
 
-bool Serves(const Wanted& order, const Wanted& need) {
+bool Serves(const WantedOrder& order, const WantedOrder& need) {
   return order.kind == need.kind && (need.datum_system.empty() || order.datum_system == need.datum_system) &&
          order.half_width_mm == need.half_width_mm &&
          (need.reference_section.empty() || order.reference_section == need.reference_section) &&
@@ -60,20 +54,20 @@ bool Serves(const Wanted& order, const Wanted& need) {
 }
 
 // Those that ask most first: what they order others can take.
-std::vector<Wanted> WantedOf(const Drawing& drawing, v1::AssessmentStage stage) {
-  std::vector<Wanted> needs, orders;
+std::vector<WantedOrder> WantedOf(const Drawing& drawing, v1::AssessmentStage stage) {
+  std::vector<WantedOrder> needs, orders;
   for (int i = 0; i < drawing.characteristics_size(); ++i)
     if (IsDue(drawing.characteristics(i), stage) &&
         KindOf(drawing.characteristics(i).quantity()) != ResultKind::kElsewhere)
       needs.push_back(NeedOf(drawing, i));
-  const auto asks = [](const Wanted& need) {
+  const auto asks = [](const WantedOrder& need) {
     return (need.datum_system.empty() ? 0 : 2) + (need.reference_section.empty() ? 0 : 1);
   };
   std::stable_sort(needs.begin(), needs.end(),
-                   [&](const Wanted& one, const Wanted& other) { return asks(one) > asks(other); });
-  for (const Wanted& need : needs) {
+                   [&](const WantedOrder& one, const WantedOrder& other) { return asks(one) > asks(other); });
+  for (const WantedOrder& need : needs) {
     const auto found =
-        std::find_if(orders.begin(), orders.end(), [&](const Wanted& order) { return Serves(order, need); });
+        std::find_if(orders.begin(), orders.end(), [&](const WantedOrder& order) { return Serves(order, need); });
     if (found == orders.end()) {
       orders.push_back(need);
       continue;
@@ -81,14 +75,14 @@ std::vector<Wanted> WantedOf(const Drawing& drawing, v1::AssessmentStage stage) 
     found->characteristics.push_back(need.characteristics.front());
     found->profile_count += need.profile_count;
   }
-  for (Wanted& order : orders) std::sort(order.characteristics.begin(), order.characteristics.end());
-  std::sort(orders.begin(), orders.end(), [](const Wanted& one, const Wanted& other) {
+  for (WantedOrder& order : orders) std::sort(order.characteristics.begin(), order.characteristics.end());
+  std::sort(orders.begin(), orders.end(), [](const WantedOrder& one, const WantedOrder& other) {
     return one.characteristics.front() < other.characteristics.front();
   });
   return orders;
 }
 
-v1::MapDeviationRequest MapOf(const Drawing& drawing, const Wanted& order) {
+v1::MapDeviationRequest MapOf(const Drawing& drawing, const WantedOrder& order) {
   v1::MapDeviationRequest request;
   request.set_patch_mm(kPatch_mm);
   for (const int index : order.characteristics) {
@@ -103,7 +97,7 @@ v1::MapDeviationRequest MapOf(const Drawing& drawing, const Wanted& order) {
 }
 
 // All of the drawing's, so that bow is told from its first and its last.
-v1::MeasureSectionsRequest SectionsOf(const Drawing& drawing, const Wanted& order) {
+v1::MeasureSectionsRequest SectionsOf(const Drawing& drawing, const WantedOrder& order) {
   v1::MeasureSectionsRequest request;
   for (const plant::v1::DrawingSection& section : drawing.sections()) *request.add_sections() = PlaneOf(section);
   request.set_half_width_mm(order.half_width_mm);
@@ -115,7 +109,7 @@ v1::MeasureSectionsRequest SectionsOf(const Drawing& drawing, const Wanted& orde
   return request;
 }
 
-void SetOrder(const Drawing& drawing, const Wanted& wanted, const DatumFit& fit, v1::MeasurementOrder* out) {
+void SetOrder(const Drawing& drawing, const WantedOrder& wanted, const DatumFit& fit, v1::MeasurementOrder* out) {
   for (const int index : wanted.characteristics)
     out->add_characteristics(drawing.characteristics(index).characteristic());
   out->set_datum_system(wanted.datum_system);
@@ -173,6 +167,12 @@ const plant::v1::DecisionRule& RuleOf(const Drawing& drawing, const Characterist
 const plant::v1::DatumSystem* DatumSystemOf(const Drawing& drawing, const std::string& datum_system) {
   for (const plant::v1::DatumSystem& system : drawing.datum_systems())
     if (system.datum_system() == datum_system) return &system;
+  return nullptr;
+}
+
+const plant::v1::DrawingSection* SectionOf(const Drawing& drawing, const std::string& name) {
+  for (const plant::v1::DrawingSection& section : drawing.sections())
+    if (section.section() == name) return &section;
   return nullptr;
 }
 
@@ -260,7 +260,7 @@ bool IsDue(const Characteristic& characteristic, v1::AssessmentStage stage) {
 absl::StatusOr<v1::AssessmentPlan> PlanOf(const Drawing& drawing, v1::AssessmentStage stage) {
   v1::AssessmentPlan plan;
   plan.set_drawing(drawing.name() + "@" + std::to_string(drawing.revision()));
-  for (const Wanted& wanted : WantedOf(drawing, stage)) {
+  for (const WantedOrder& wanted : WantedOf(drawing, stage)) {
     DatumFit fit;
     if (const auto* const system = DatumSystemOf(drawing, wanted.datum_system); system != nullptr) {
       absl::StatusOr<DatumFit> of_system = FitOf(drawing, *system);

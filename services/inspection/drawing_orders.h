@@ -27,6 +27,7 @@ const plant::v1::DecisionRule& RuleOf(const plant::v1::Drawing& drawing,
 
 // None where there is no such thing in the drawing.
 const plant::v1::DatumSystem* DatumSystemOf(const plant::v1::Drawing& drawing, const std::string& datum_system);
+const plant::v1::DrawingSection* SectionOf(const plant::v1::Drawing& drawing, const std::string& name);
 
 // How a registration makes a datum system. INVALID_ARGUMENT: its region is none that a fit can be kept to.
 struct DatumFit {

@@ -10,7 +10,7 @@ namespace {
 using plant::v1::Characteristic;
 
 // A name of a characteristic and two holes; what is longer is none.
-constexpr std::size_t kMostNameBytes = 400;
+constexpr std::size_t kMostDrawnNameBytes = 400;
 
 bool IsPitch(const Characteristic& one) {
   return one.quantity() == plant::v1::CHARACTERISTIC_QUANTITY_HOLE_PITCH ||
@@ -103,7 +103,7 @@ absl::StatusOr<std::optional<DrawnPlace>> DrawnCharacteristics::FindExported(con
 
 absl::StatusOr<std::optional<DrawnPlace>> DrawnCharacteristics::Find(const std::string& name,
                                                                      const std::string& feature) const {
-  if (name.size() > kMostNameBytes) return std::optional<DrawnPlace>();
+  if (name.size() > kMostDrawnNameBytes) return std::optional<DrawnPlace>();
   const std::vector<int> named = Named(name);
   if (named.size() > 1)
     return Refuse("characteristic", name,

@@ -8,15 +8,15 @@
 #include <utility>
 
 #include "services/clients/error_sources.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::inspection {
 namespace {
 
-constexpr double kRad = 3.14159265358979323846 / 180;
 // Lest a row that states nothing counts for all.
 constexpr double kLeast = 1e-6;
 // Of an expanded uncertainty, where no budget was kept.
-constexpr double kCoverage = 2;
+constexpr double kCoverageFactor = 2;
 
 // What is another draw on every blade. Whatever else a budget names (calibrations, the scanner's field, temperatures) may be the same on
 // all of them.
@@ -37,8 +37,8 @@ Eigen::Isometry3d PoseOf(const std::vector<double>& rows_of_four) {
 metrology::HoleOutcome OutcomeOf(const storage::OutcomeHoleRow& row) {
   metrology::HoleOutcome hole;
   hole.hole = row.group_name + "/" + row.hole_name;
-  hole.a_rad = row.a_deg * kRad;
-  hole.b_rad = row.b_deg * kRad;
+  hole.a_rad = row.a_deg * runtime::kRadPerDeg;
+  hole.b_rad = row.b_deg * runtime::kRadPerDeg;
   hole.zero_from_part = PoseOf(row.zero_from_part);
   hole.predicted_start_mm = VectorOf(row.predicted_start_mm);
   hole.predicted_axis = VectorOf(row.predicted_axis);
@@ -52,10 +52,10 @@ metrology::HoleOutcome OutcomeOf(const storage::OutcomeHoleRow& row) {
     if (!IsOfTheBlade(row.budget_sources[i])) shared += variance;
   }
   hole.shared_part = whole > 0 ? shared / whole : 1;  // not kept: nothing is known to average out
-  if (!(whole > 0)) whole = std::pow(1e-3 * row.position_expanded_uncertainty_um / kCoverage, 2);
+  if (!(whole > 0)) whole = std::pow(1e-3 * row.position_expanded_uncertainty_um / kCoverageFactor, 2);
   hole.position_standard_uncertainty_mm = std::max(kLeast, std::sqrt(2 * whole));
-  hole.inclination_standard_uncertainty_rad =
-      std::max(kLeast, std::sqrt(2.0) * kRad * row.inclination_expanded_uncertainty_deg / kCoverage);
+  hole.inclination_standard_uncertainty_rad = std::max(
+      kLeast, std::sqrt(2.0) * runtime::kRadPerDeg * row.inclination_expanded_uncertainty_deg / kCoverageFactor);
   return hole;
 }
 

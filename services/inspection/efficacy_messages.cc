@@ -5,6 +5,7 @@
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::inspection {
 
@@ -16,7 +17,6 @@ const char* const kEfficacyRule =
 
 namespace {
 
-constexpr double kDeg = 180 / 3.14159265358979323846;
 constexpr int kMostHoleBiases = 2000;
 
 v1::OffsetComponent ProtoOf(metrology::OffsetComponent component) {
@@ -52,7 +52,7 @@ v1::NotOffered ProtoOf(metrology::NotOffered reason) {
 }
 
 void ToProto(const metrology::OffsetEstimate& offset, v1::OffsetEstimate* out) {
-  const double unit = offset.component < metrology::OffsetComponent::kA ? 1 : kDeg;
+  const double unit = offset.component < metrology::OffsetComponent::kA ? 1 : runtime::kDegPerRad;
   out->set_component(ProtoOf(offset.component));
   out->set_value(unit * offset.value);
   out->set_standard_uncertainty(unit * offset.standard_uncertainty);

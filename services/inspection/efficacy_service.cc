@@ -17,14 +17,14 @@ namespace {
 constexpr int kUsualBlades = 100, kMostBlades = 200, kMostPeriods = 20;
 constexpr int kUsualLeast = 5, kLeastLeast = 3, kMostLeast = 1000;
 
-struct Wanted {
+struct WantedEfficacy {
   storage::OutcomeFilter filter;
   int most_blades = kUsualBlades;
   metrology::EfficacyOptions options;
 };
 
-absl::StatusOr<Wanted> Read(const v1::ComputeEfficacyRequest& request, const grpc::ServerContext& context) {
-  Wanted wanted;
+absl::StatusOr<WantedEfficacy> Read(const v1::ComputeEfficacyRequest& request, const grpc::ServerContext& context) {
+  WantedEfficacy wanted;
   runtime::Refusals refusals;
   const auto take = [&](absl::StatusOr<std::string> read, std::string* id) {
     refusals.Add(read.status());
@@ -48,7 +48,7 @@ absl::StatusOr<Wanted> Read(const v1::ComputeEfficacyRequest& request, const grp
   return wanted;
 }
 
-absl::StatusOr<v1::Efficacy> Compute(const Wanted& wanted, const storage::Outcomes& outcomes) {
+absl::StatusOr<v1::Efficacy> Compute(const WantedEfficacy& wanted, const storage::Outcomes& outcomes) {
   absl::StatusOr<SortedOutcomes> sorted = SortOutcomes(outcomes);
   if (!sorted.ok()) return sorted.status();
   v1::Efficacy answer;
@@ -69,7 +69,7 @@ absl::StatusOr<v1::Efficacy> Compute(const Wanted& wanted, const storage::Outcom
 
 grpc::Status EfficacyService::ComputeEfficacy(grpc::ServerContext* context, const v1::ComputeEfficacyRequest* request,
                                               v1::Efficacy* response) {
-  const absl::StatusOr<Wanted> wanted = Read(*request, *context);
+  const absl::StatusOr<WantedEfficacy> wanted = Read(*request, *context);
   if (!wanted.ok()) return runtime::ToGrpc(wanted.status());
   const auto slot = running_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
   if (!slot.ok()) return runtime::ToGrpc(slot.status());

@@ -32,12 +32,13 @@ namespace {
 using exchange::InspectedPart;
 using runtime::ToGrpc;
 
-constexpr int kMostResults = 5000;              // of inspections, and of maps
-constexpr std::size_t kMostValues = 400'000;    // of all of them: what an answer holds in memory
-constexpr std::size_t kMostPoints = 1'000'000;  // of profiles: what a client holds of an answer that may begin anew
+constexpr int kMostExportedResults = 5000;            // of inspections, and of maps
+constexpr std::size_t kMostExportedValues = 400'000;  // of all of them: what an answer holds in memory
+constexpr std::size_t kMostExportedPoints =
+    1'000'000;  // of profiles: what a client holds of an answer that may begin anew
 
 absl::Status TooMany() {
-  return runtime::Refuse("recorded", "more than " + std::to_string(kMostResults) + " results",
+  return runtime::Refuse("recorded", "more than " + std::to_string(kMostExportedResults) + " results",
                          "a part, a machine or a time with fewer of them");
 }
 
@@ -72,7 +73,7 @@ std::optional<InspectedPart> PartOf(const storage::DeviationMapRow& row, const p
   return Exported(row, machine);
 }
 
-using Take = std::function<absl::Status(InspectedPart part)>;
+using TakePart = std::function<absl::Status(InspectedPart part)>;
 template <typename Row>
 using TakeOf = std::function<absl::Status(const Row& row, InspectedPart part)>;
 
@@ -100,7 +101,7 @@ absl::Status ForEach(const storage::ResultReader<Row, Filter>& reader, Filter fi
       if (!part) continue;
       seen.insert(row.blade_serial);
       if (!verdict.empty() && row.verdict != verdict) continue;
-      if (++count > kMostResults) return TooMany();
+      if (++count > kMostExportedResults) return TooMany();
       if (absl::Status taken = take(row, *std::move(part)); !taken.ok()) return taken;
     }
   }
@@ -112,7 +113,7 @@ using Files = FilesOnTheirWay<v1::ExportResultsResponse>;
 std::string RevisedPart(const InspectedPart& part) { return part.part + "@" + std::to_string(part.part_revision); }
 
 // The plan of each before its first result. Results of one revision mostly follow each other.
-Take QifInto(Files* files) {
+TakePart QifInto(Files* files) {
   struct Plans {
     std::set<std::string> sent;
     std::optional<exchange::QifPlan> last;
@@ -139,7 +140,7 @@ Take QifInto(Files* files) {
 // Each profile of the maps with its points, before they are taken.
 class WithPoints {
  public:
-  WithPoints(const storage::DeviationStore& store, const runtime::Caller& caller, const Take& take)
+  WithPoints(const storage::DeviationStore& store, const runtime::Caller& caller, const TakePart& take)
       : store_(store), caller_(caller), take_(take) {}
 
   absl::Status operator()(const storage::DeviationMapRow& map, InspectedPart part) {
@@ -150,8 +151,8 @@ class WithPoints {
       if (!part.values[i].value) continue;
       auto points = ProfilePoints(map, map.profiles[i], **patches);
       if (!points.ok()) return points.status();
-      if ((count_ += points->size()) > kMostPoints)
-        return runtime::Refuse("deviation_points", "more than " + std::to_string(kMostPoints) + " points",
+      if ((count_ += points->size()) > kMostExportedPoints)
+        return runtime::Refuse("deviation_points", "more than " + std::to_string(kMostExportedPoints) + " points",
                                "a blade or a time with fewer of them");
       part.values[i].points = *std::move(points);
     }
@@ -161,20 +162,20 @@ class WithPoints {
  private:
   const storage::DeviationStore& store_;
   const runtime::Caller& caller_;
-  const Take& take_;
+  const TakePart& take_;
   std::size_t count_ = 0;
 };
 
-Take CsvInto(Files* files) {
+TakePart CsvInto(Files* files) {
   return [files](const InspectedPart& part) { return files->Write("results.csv", exchange::ToCsv(part)); };
 }
 
-Take Into(std::vector<InspectedPart>* parts) {
+TakePart Into(std::vector<InspectedPart>* parts) {
   const auto value_count = std::make_shared<std::size_t>(0);
   return [parts, value_count](InspectedPart part) {
     *value_count += part.values.size();
     parts->push_back(std::move(part));
-    return *value_count > kMostValues ? TooMany() : absl::OkStatus();
+    return *value_count > kMostExportedValues ? TooMany() : absl::OkStatus();
   };
 }
 
@@ -239,7 +240,7 @@ grpc::Status ExportService::ExportResults(grpc::ServerContext* context, const v1
   std::vector<InspectedPart> parts;
   const bool as_csv = request->format() == v1::EXPORT_FORMAT_CSV,
              as_aqdef = request->format() == v1::EXPORT_FORMAT_AQDEF;
-  const Take take = as_csv ? CsvInto(&files) : as_aqdef ? Into(&parts) : QifInto(&files);
+  const TakePart take = as_csv ? CsvInto(&files) : as_aqdef ? Into(&parts) : QifInto(&files);
   Machines machines(*peers_, caller);
   const storage::ResultReader<storage::InspectionRow, storage::InspectionFilter>& inspections = *inspections_;
   const storage::ResultReader<storage::DeviationMapRow, storage::DeviationFilter>& maps = *deviations_;

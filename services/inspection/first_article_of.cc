@@ -31,10 +31,6 @@ FirstArticle::Signature SignatureOf(const v1::FirstArticleSignature& signature) 
   return out;
 }
 
-std::string Joined(const std::string& one, const std::string& other) {
-  return one.empty() || other.empty() ? one + other : one + "; " + other;
-}
-
 FirstArticle::Form1 Form1Of(const plant::v1::Drawing& drawing, const v1::FirstArticleFields& fields) {
   FirstArticle::Form1 form;
   form.part_revision = drawing.part_revision_level();

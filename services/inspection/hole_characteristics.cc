@@ -5,6 +5,7 @@
 
 #include "metrology/inspection/hole_displacement.h"
 #include "services/inspection/characteristic_values.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -14,7 +15,6 @@ using namespace plant::v1;  // NOLINT: quantities' names say whose they are
 
 constexpr char kNotKept[] = "it was inspected before this was kept";
 constexpr char kLoose[] = "how loosely the pin stands is not stated (gauge_pin of the part's hole group)";
-constexpr double kMmPerUm = 1e-3, kRad = 3.14159265358979323846 / 180;
 
 FoundValue NotMeasured(const std::string& reason) {
   FoundValue found;
@@ -24,7 +24,7 @@ FoundValue NotMeasured(const std::string& reason) {
 
 // The drawing says by which datums a hole is positioned: what other positionings would say is no uncertainty of that. So it is kept apart;
 // of inspections from before it was, the budget tells. Of what is left its degrees of freedom are not known: Student's factor of 95 % at eight.
-constexpr double kCoverage = 2.306;
+constexpr double kStudentFactor = 2.306;
 template <typename Budget>
 double WithoutOtherPositionings(double expanded_uncertainty_um, const Budget& budget) {
   double variance_um2 = 0;
@@ -32,7 +32,7 @@ double WithoutOtherPositionings(double expanded_uncertainty_um, const Budget& bu
     if (component.source() != metrology::kOtherPositionings)
       variance_um2 += component.standard_uncertainty_um() * component.standard_uncertainty_um();
   return budget.empty() ? expanded_uncertainty_um
-                        : std::min(expanded_uncertainty_um, kCoverage * std::sqrt(variance_um2));
+                        : std::min(expanded_uncertainty_um, kStudentFactor * std::sqrt(variance_um2));
 }
 
 // Of by_along times the displacement along and by_across times that across, um. Where their covariance is not kept the two errors may go
@@ -75,7 +75,7 @@ FoundValue DisplacementIn(const v1::HoleResult& hole, const Characteristic& char
   const v1::HoleDisplacement& displacement = hole.displacement();
   const double by_along = along.dot(vector(displacement.along_in_part()));
   const double by_across = along.dot(vector(displacement.across_in_part()));
-  const double mm = PerMillimetre(characteristic) * kMmPerUm;
+  const double mm = PerMillimetre(characteristic) * runtime::kMmPerUm;
   FoundValue found;
   found.values = {{mm * (by_along * displacement.along_um().value() + by_across * displacement.across_um().value()),
                    mm * DisplacementUncertainty_um(hole, by_along, by_across)}};
@@ -104,17 +104,18 @@ FoundValue HoleValue(const v1::HoleResult& hole, const Characteristic& character
   FoundValue found;
   switch (characteristic.quantity()) {
     case CHARACTERISTIC_QUANTITY_HOLE_POSITION:
-      found.values = {{mm * hole.position_error_mm(), mm * kMmPerUm * PositionUncertainty_um(hole)}};
+      found.values = {{mm * hole.position_error_mm(), mm * runtime::kMmPerUm * PositionUncertainty_um(hole)}};
       LeaveOpen(mm * play_mm * feature.slant, &found);
       return found;
     case CHARACTERISTIC_QUANTITY_HOLE_INCLINATION:
       found.values = {{hole.inclination_error_deg(), InclinationUncertainty_deg(hole)}};
-      LeaveOpen(2 * play_mm / group.depth_mm() / kRad, &found);
+      LeaveOpen(2 * play_mm / group.depth_mm() / runtime::kRadPerDeg, &found);
       return found;
     case CHARACTERISTIC_QUANTITY_HOLE_DIAMETER:
       if (!hole.has_diameter()) return NotMeasured(hole.diameter_reason().empty() ? kNotKept : hole.diameter_reason());
       found.nominal = mm * group.diameter_mm();
-      found.values = {{mm * hole.diameter().diameter_mm(), mm * kMmPerUm * hole.diameter().expanded_uncertainty_um()}};
+      found.values = {
+          {mm * hole.diameter().diameter_mm(), mm * runtime::kMmPerUm * hole.diameter().expanded_uncertainty_um()}};
       return found;
     default:
       found = DisplacementIn(hole, characteristic, group);
@@ -143,7 +144,7 @@ FoundValue PitchIn(const AssessedResult& inspection, const Characteristic& chara
   const double mm = is_length ? PerMillimetre(characteristic) : 1 / group.diameter_mm();
   found.nominal = mm * pitch.nominal_pitch_mm();
   found.values = {
-      is_length ? ValueWithUncertainty{mm * pitch.pitch_mm(), mm * kMmPerUm * pitch.expanded_uncertainty_um()}
+      is_length ? ValueWithUncertainty{mm * pitch.pitch_mm(), mm * runtime::kMmPerUm * pitch.expanded_uncertainty_um()}
                 : ValueWithUncertainty{pitch.pitch_over_diameter(), pitch.pitch_over_diameter_expanded_uncertainty()}};
   const auto leave_open = [&](const std::string& hole, double slant) {
     if (const auto* const end = HoleOf(inspection, group.group(), hole); end != nullptr)

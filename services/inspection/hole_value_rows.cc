@@ -6,15 +6,13 @@
 #include "services/runtime/row_geometry.h"
 #include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::inspection {
 namespace {
 
 using metrology::UncertaintyComponent;
 using storage::StatedValueRow;
-
-constexpr double kTo_um = 1e3;
-constexpr double kTo_deg = 180 / 3.14159265358979323846;
 
 const char* TextOf(metrology::SurfaceReference reference) {
   switch (reference) {
@@ -29,18 +27,18 @@ const char* TextOf(metrology::SurfaceReference reference) {
 }
 
 StatedValueRow Lengths(const metrology::StatedLength& length) {
-  return {kTo_um * length.value_mm, kTo_um * length.expanded_uncertainty_mm};
+  return {runtime::kUmPerMm * length.value_mm, runtime::kUmPerMm * length.expanded_uncertainty_mm};
 }
 StatedValueRow Degrees(const metrology::StatedAngle& angle) {
-  return {kTo_deg * angle.value_rad, kTo_deg * angle.expanded_uncertainty_rad};
+  return {runtime::kDegPerRad * angle.value_rad, runtime::kDegPerRad * angle.expanded_uncertainty_rad};
 }
 
 storage::StatedPositioningRow StatedRowOf(const metrology::HoleFinding& finding) {
   const metrology::SurfaceUncertainty& lies = finding.displacement->in_stated_positioning;
-  const Eigen::Matrix2d covariance_um2 = kTo_um * kTo_um * lies.covariance_mm2;
-  return {kTo_um * finding.position_stated_expanded_uncertainty_mm,
-          kTo_deg * finding.inclination_stated_expanded_uncertainty_rad,
-          kTo_deg * finding.positioning_difference_rad,
+  const Eigen::Matrix2d covariance_um2 = runtime::kUmPerMm * runtime::kUmPerMm * lies.covariance_mm2;
+  return {runtime::kUmPerMm * finding.position_stated_expanded_uncertainty_mm,
+          runtime::kDegPerRad * finding.inclination_stated_expanded_uncertainty_rad,
+          runtime::kDegPerRad * finding.positioning_difference_rad,
           covariance_um2(0, 0),
           covariance_um2(1, 1),
           covariance_um2(0, 1),
@@ -60,11 +58,11 @@ storage::HoleDetailRow ValuesRowOf(const metrology::HoleFinding& finding) {
   row.inclination_across_deg = Degrees(displacement.inclination_across);
   row.in_stated_positioning = StatedRowOf(finding);
   if (finding.pin_diameter)
-    row.pin_diameter_expanded_uncertainty_um = kTo_um * finding.pin_diameter->seen.expanded_uncertainty_mm;
+    row.pin_diameter_expanded_uncertainty_um = runtime::kUmPerMm * finding.pin_diameter->seen.expanded_uncertainty_mm;
   if (finding.hole_diameter.found) {
     const metrology::StatedLength& diameter = finding.hole_diameter.found->diameter;
     row.diameter_mm = diameter.value_mm;
-    row.diameter_expanded_uncertainty_um = kTo_um * diameter.expanded_uncertainty_mm;
+    row.diameter_expanded_uncertainty_um = runtime::kUmPerMm * diameter.expanded_uncertainty_mm;
   } else {
     row.diameter_reason = finding.hole_diameter.reason;
   }
@@ -78,7 +76,7 @@ storage::HolePitchRow PitchRowOf(const metrology::HolePitch& pitch) {
   row.nominal_pitch_mm = pitch.nominal_mm;
   if (pitch.values)
     row.measured = storage::HolePitchRow::Measured{
-        {pitch.values->along_row.value_mm, kTo_um * pitch.values->along_row.expanded_uncertainty_mm},
+        {pitch.values->along_row.value_mm, runtime::kUmPerMm * pitch.values->along_row.expanded_uncertainty_mm},
         pitch.values->over_nominal_diameter.value,
         pitch.values->over_nominal_diameter.expanded_uncertainty};
   else

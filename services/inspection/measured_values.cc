@@ -19,7 +19,7 @@ using exchange::MeasuredRow;
 using plant::v1::Characteristic;
 using storage::MeasuredValueRow;
 
-constexpr double kGreatest = 1e9;
+constexpr double kGreatestValue = 1e9;
 constexpr std::size_t kMostLeftOut = 200, kMostNameBytes = 200, kMostReasonBytes = 1000;
 
 const char* WantedOf(plant::v1::CharacteristicUnit unit) {
@@ -46,25 +46,26 @@ ZoneKind ZoneKindOf(const Characteristic& one) {
   }
 }
 
-struct Zone {
+struct StatedZone {
   std::string kept;       // RADIUS, HALF_WIDTH, BORDERS; empty: no zone's
   bool is_whole = false;  // value and uncertainty are halved
 };
 
-absl::StatusOr<Zone> ZoneOf(const Characteristic& one, const std::string& written, const FileStatement& statement) {
+absl::StatusOr<StatedZone> ZoneOf(const Characteristic& one, const std::string& written,
+                                  const FileStatement& statement) {
   const std::string told = absl::AsciiStrToUpper(written);  // people write radius
   const ZoneKind kind = ZoneKindOf(one);
-  if (kind == ZoneKind::kAsItIs) return Zone();
+  if (kind == ZoneKind::kAsItIs) return StatedZone();
   if (kind == ZoneKind::kNone) {
-    if (told.empty()) return Zone();
+    if (told.empty()) return StatedZone();
     return Refuse("zone", told, "none: " + one.characteristic() + " has no zone");
   }
   const bool round = kind == ZoneKind::kRound;
   const std::string& zone = told.empty() ? (round ? statement.position_zone : statement.profile_zone) : told;
-  if (round && zone == "DIAMETER") return Zone{"RADIUS", true};
-  if (round && zone == "RADIUS") return Zone{zone, false};
-  if (!round && zone == "WIDTH") return Zone{"HALF_WIDTH", true};
-  if (!round && (zone == "HALF_WIDTH" || zone == "BORDERS")) return Zone{zone, false};
+  if (round && zone == "DIAMETER") return StatedZone{"RADIUS", true};
+  if (round && zone == "RADIUS") return StatedZone{zone, false};
+  if (!round && zone == "WIDTH") return StatedZone{"HALF_WIDTH", true};
+  if (!round && (zone == "HALF_WIDTH" || zone == "BORDERS")) return StatedZone{zone, false};
   return Refuse("zone", zone,
                 round ? "DIAMETER or RADIUS, in the file or as position_zone: half or whole is not guessed"
                       : "WIDTH, HALF_WIDTH or BORDERS, in the file or as profile_zone: half or whole is not guessed");
@@ -98,9 +99,9 @@ absl::StatusOr<MeasuredValueRow> ValueOf(const MeasuredRow& row, const Character
   if (row.expanded_uncertainty) value.expanded_uncertainty = conversion->Of(*row.expanded_uncertainty) * half;
   if (!value.expanded_uncertainty) value.expanded_uncertainty = StatedFor(one.unit(), statement);
   const bool never_negative = zone->kept == "RADIUS" || zone->kept == "HALF_WIDTH";
-  if (!(std::abs(*value.value) < kGreatest) || (never_negative && *value.value < 0))
+  if (!(std::abs(*value.value) < kGreatestValue) || (never_negative && *value.value < 0))
     refusals.Add(Refuse("value", *row.value, never_negative ? "0 or more, below 1e9" : "less than 1e9 either way"));
-  if (value.expanded_uncertainty && !(*value.expanded_uncertainty >= 0 && *value.expanded_uncertainty < kGreatest))
+  if (value.expanded_uncertainty && !(*value.expanded_uncertainty >= 0 && *value.expanded_uncertainty < kGreatestValue))
     refusals.Add(Refuse("expanded_uncertainty", *value.expanded_uncertainty, "0 or more, below 1e9"));
   if (!refusals.status().ok()) return refusals.status();
   return value;

@@ -23,7 +23,7 @@ using runtime::ToGrpc;
 
 // A file may take a hundred megabytes while it is read.
 constexpr int kMostCompared = 200;
-constexpr runtime::PoolLimits kLimits{2, runtime::kAllLetIn};
+constexpr runtime::PoolLimits kImportLimits{2, runtime::kAllLetIn};
 
 absl::StatusOr<v1::Measurement> MeasurementOf(const storage::MeasurementRow& row) { return ToProto(row); }
 absl::StatusOr<v1::ImportMeasurementsResponse> ResponseOf(const storage::MeasurementImport& import) {
@@ -79,7 +79,7 @@ MeasurementService::MeasurementService(
       imports_(std::move(imports)),
       ours_(std::move(ours)),
       peers_(std::move(peers)),
-      reading_(kLimits, "imports", errors::v1::INSPECTIONS_FULL) {}
+      reading_(kImportLimits, "imports", errors::v1::INSPECTIONS_FULL) {}
 
 grpc::Status MeasurementService::ImportMeasurements(grpc::ServerContext* context,
                                                     const v1::ImportMeasurementsRequest* request,

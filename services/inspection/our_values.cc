@@ -10,7 +10,7 @@ namespace {
 
 // Of a blade; older ones have been taken the place of.
 constexpr int kMostAssessments = 10;
-constexpr std::size_t kMostValues = 200'000;
+constexpr std::size_t kMostComparedValues = 200'000;
 
 class AssessedValues final : public OurValues {
  public:
@@ -30,8 +30,8 @@ class AssessedValues final : public OurValues {
       if (!rows.ok()) return rows.status();
       std::set<std::pair<std::string, std::string>> known;
       for (const storage::AssessmentRow& row : *rows) Add(row, &known, &values);
-      if (values.size() > kMostValues)
-        return runtime::Refuse("recorded", "more than " + std::to_string(kMostValues) + " values",
+      if (values.size() > kMostComparedValues)
+        return runtime::Refuse("recorded", "more than " + std::to_string(kMostComparedValues) + " values",
                                "an instrument or a time with fewer of them");
     }
     return values;

@@ -4,11 +4,10 @@
 
 #include "services/clients/error_sources.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::inspection {
 namespace {
-
-constexpr double kRad = 3.14159265358979323846 / 180;
 
 metrology::GaugePin GaugePinOf(const plant::v1::GaugePin& pin) {
   metrology::GaugePin gauge{pin.diameter_mm(), pin.diameter_standard_uncertainty_um() / 1e3, pin.greatest_play_mm()};
@@ -48,8 +47,8 @@ absl::StatusOr<std::vector<metrology::InspectedHole>> HolesOf(const plant::v1::P
       if (group.has_gauge_pin()) wanted.pin.gauge = GaugePinOf(group.gauge_pin());
       if (group.has_pin_standing())
         wanted.pin.standing = {1e-3 * group.pin_standing().clearance_standard_uncertainty_um(),
-                               group.pin_standing().tilt_standard_uncertainty_deg() * kRad};
-      wanted.inclination_tolerance_rad = group.inclination_tolerance_deg() * kRad;
+                               group.pin_standing().tilt_standard_uncertainty_deg() * runtime::kRadPerDeg};
+      wanted.inclination_tolerance_rad = group.inclination_tolerance_deg() * runtime::kRadPerDeg;
     }
   }
   return holes;

@@ -8,13 +8,12 @@
 
 #include "services/inspection/deviation_rows.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::inspection {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kMmPerUm = 1e-3;
 
 std::array<double, 3> ThreeOf(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -39,7 +38,7 @@ absl::StatusOr<std::vector<exchange::DeviationPoint>> ProfilePoints(const storag
   for (std::size_t i = 0; i < count; ++i) {
     const Vector3d centre_mm(&patches.centres_in_part_mm[3 * i]), normal(&patches.normals_in_part[3 * i]);
     if (!std::isfinite(patches.means_um[i]) || !region.Has(centre_mm, normal)) continue;
-    points.push_back({ThreeOf(centre_mm), ThreeOf(normal), kMmPerUm * patches.means_um[i]});
+    points.push_back({ThreeOf(centre_mm), ThreeOf(normal), runtime::kMmPerUm * patches.means_um[i]});
     middle_mm += patches.areas_mm2[i] * centre_mm;
     area_mm2 += patches.areas_mm2[i];
   }

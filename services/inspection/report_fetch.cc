@@ -18,7 +18,7 @@
 namespace sixpoint::inspection {
 namespace {
 
-constexpr std::size_t kMostResults = 64;
+constexpr std::size_t kMostReportedResults = 64;
 constexpr char kKinds[] = "inspections/, deviations/ or sections/ and a UUID, or one of assessments/";
 
 bool IsOf(const std::string& name, const char* collection) { return name.rfind(collection, 0) == 0; }
@@ -205,7 +205,7 @@ class Fetch {
 
 absl::Status CheckResults(const ResultNames& results) {
   if (results.empty()) return runtime::Refuse("results", "0", "1 to 64 of one blade");
-  if (results.size() > kMostResults)
+  if (results.size() > kMostReportedResults)
     return runtime::Refuse("results", std::to_string(results.size()), "1 to 64 of one blade");
   runtime::Refusals refusals;
   std::set<std::string> seen;

@@ -124,10 +124,6 @@ Characteristic WithOthers(Characteristic characteristic, const v1::Characteristi
   return characteristic;
 }
 
-std::string Joined(const std::string& one, const std::string& other) {
-  return one.empty() || other.empty() ? one + other : one + "; " + other;
-}
-
 }  // namespace
 
 void AddGroupsOf(const v1::Inspection& inspection, CharacteristicGroups* groups) {

@@ -15,7 +15,7 @@ namespace {
 using report::OutlinePiece;
 using report::OutlinePoint;
 
-constexpr std::size_t kMostPoints = 6000;  // of one outline: more would not be seen on paper
+constexpr std::size_t kMostDrawnPoints = 6000;  // of one outline: more would not be seen on paper
 
 std::vector<OutlinePoint> PointsOf(const google::protobuf::RepeatedField<double>& xy_mm) {
   std::vector<OutlinePoint> points(static_cast<std::size_t>(xy_mm.size() / 2));
@@ -68,7 +68,7 @@ OutlinePiece Thinned(const std::vector<OutlinePoint>& points, std::size_t step, 
   return piece;
 }
 
-std::size_t StepOf(std::size_t count) { return (count + kMostPoints - 1) / kMostPoints; }
+std::size_t StepOf(std::size_t count) { return (count + kMostDrawnPoints - 1) / kMostDrawnPoints; }
 
 // Between gaps. What of it is a single point cannot be drawn as a line.
 std::vector<OutlinePiece> PiecesOf(const std::vector<OutlinePoint>& points,

@@ -18,7 +18,7 @@ using runtime::LastSegment;
 using runtime::ToGrpc;
 
 // At once; each holds a surface's triangles and its pictures.
-constexpr runtime::PoolLimits kLimits{2, 32};
+constexpr runtime::PoolLimits kReportLimits{2, 32};
 
 absl::Status CheckFormat(v1::ReportFormat format, bool may_be_data) {
   const bool known = format == v1::REPORT_FORMAT_HTML || format == v1::REPORT_FORMAT_PDF ||
@@ -48,7 +48,7 @@ absl::StatusOr<std::string> ContentOf(const report::FirstArticle& first_article,
 ReportService::ReportService(ReportSources sources, std::shared_ptr<const clients::BladePeers> peers)
     : sources_(std::move(sources)),
       peers_(std::move(peers)),
-      running_(kLimits, "reports", errors::v1::DOWNLOADS_FULL) {}
+      running_(kReportLimits, "reports", errors::v1::DOWNLOADS_FULL) {}
 
 grpc::Status ReportService::WriteReport(grpc::ServerContext* context, const v1::WriteReportRequest* request,
                                         grpc::ServerWriter<v1::WriteReportResponse>* writer) {

@@ -13,9 +13,9 @@ namespace {
 using report::Budget;
 
 // Each once, in their order.
-class Joined {
+class Enumeration {
  public:
-  explicit Joined(std::string between) : between_(std::move(between)) {}
+  explicit Enumeration(std::string between) : between_(std::move(between)) {}
   void Add(const std::string& text) {
     if (text.empty() || std::find(all_.begin(), all_.end(), text) != all_.end()) return;
     all_.push_back(text);
@@ -132,7 +132,7 @@ std::vector<Budget> BudgetsOf(const ReportInputs& inputs) {
 }
 
 void SetWho(const ReportInputs& inputs, report::Traceability* out) {
-  Joined machines("; "), sensors("; ");
+  Enumeration machines("; "), sensors("; ");
   for (const plant::v1::Machine& machine : inputs.machines) {
     machines.Add(runtime::LastSegment(machine.name()) + ", revision " + std::to_string(machine.revision()));
     const plant::v1::Sensor& sensor = machine.sensor();
@@ -147,7 +147,7 @@ void SetWho(const ReportInputs& inputs, report::Traceability* out) {
 report::Traceability TraceabilityOf(const ReportInputs& inputs) {
   report::Traceability out;
   SetWho(inputs, &out);
-  Joined methods(", "), states("; "), asked(", "), judged_by(", "), registered_by(", "), computed_on("; ");
+  Enumeration methods(", "), states("; "), asked(", "), judged_by(", "), registered_by(", "), computed_on("; ");
   if (inputs.assessment) {
     out.results.push_back(inputs.assessment->name());
     asked.Add(inputs.assessment->requested_by());

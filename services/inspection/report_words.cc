@@ -14,6 +14,10 @@ std::string WordsOf(const std::string& name, const std::string& prefix) {
   return words;
 }
 
+std::string Joined(const std::string& one, const std::string& other) {
+  return one.empty() || other.empty() ? one + other : one + "; " + other;
+}
+
 std::string FitStateOf(registration::v1::Method method) {
   switch (method) {
     case registration::v1::METHOD_BEST_FIT:

@@ -12,6 +12,9 @@ namespace sixpoint::inspection {
 // "A_NOSE_TAIL", "A_" -> "nose tail".
 std::string WordsOf(const std::string& name, const std::string& prefix);
 
+// "one; other", or the one of them that says something.
+std::string Joined(const std::string& one, const std::string& other);
+
 // How a part stands when a value of it is told; empty: it was not registered.
 std::string FitStateOf(registration::v1::Method method);
 // Of a characteristic: its datum system with the positioning that the drawing means by it; of one without, `method`'s.

@@ -9,11 +9,10 @@
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/row_geometry.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::inspection {
 namespace {
-
-constexpr double kRad = 3.14159265358979323846 / 180;
 
 // Verdicts, decision rule, holes and deviation. The holes are those that the findings were made for, in their order.
 void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metrology::BladeFindings& findings,
@@ -38,16 +37,17 @@ void SetFindings(const std::vector<metrology::InspectedHole>& holes, const metro
     hole.position_verdict = TextOf(finding.position_verdict);
     hole.inclination_verdict = TextOf(finding.inclination_verdict);
     if (finding.verdict != metrology::Verdict::kNotMeasured) {
-      hole.measured = storage::InspectionHoleRow::Measured{finding.error.position_mm,
-                                                           finding.error.inclination_rad / kRad,
-                                                           finding.position_expanded_uncertainty_mm * 1e3,
-                                                           finding.inclination_expanded_uncertainty_rad / kRad,
-                                                           runtime::ThreeOf(finding.error.start_in_part_mm),
-                                                           runtime::ThreeOf(finding.error.axis_in_part),
-                                                           2 * finding.pin_radius_mm};
+      hole.measured =
+          storage::InspectionHoleRow::Measured{finding.error.position_mm,
+                                               finding.error.inclination_rad / runtime::kRadPerDeg,
+                                               finding.position_expanded_uncertainty_mm * 1e3,
+                                               finding.inclination_expanded_uncertainty_rad / runtime::kRadPerDeg,
+                                               runtime::ThreeOf(finding.error.start_in_part_mm),
+                                               runtime::ThreeOf(finding.error.axis_in_part),
+                                               2 * finding.pin_radius_mm};
     }
     hole.position_tolerance_mm = holes[i].position_tolerance_mm;
-    hole.inclination_tolerance_deg = holes[i].inclination_tolerance_rad / kRad;
+    hole.inclination_tolerance_deg = holes[i].inclination_tolerance_rad / runtime::kRadPerDeg;
     hole.point_count = finding.point_count;
     hole.pin_residual_rms_um = finding.pin_residual_rms_um;
     hole.reason = finding.reason;

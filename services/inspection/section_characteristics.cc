@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "services/inspection/characteristic_values.h"
+#include "services/inspection/drawing_orders.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -31,12 +32,6 @@ bool SamePlane(const v1::SectionPlane& one, const v1::SectionPlane& other) {
          Same(one.leading_in_part_mm(), other.leading_in_part_mm()) &&
          one.has_near_in_part_mm() == other.has_near_in_part_mm() &&
          Same(one.near_in_part_mm(), other.near_in_part_mm());
-}
-
-const DrawingSection* SectionOf(const Drawing& drawing, const std::string& name) {
-  for (const DrawingSection& section : drawing.sections())
-    if (section.section() == name) return &section;
-  return nullptr;
 }
 
 // The one of that plane; none: it was not cut there.

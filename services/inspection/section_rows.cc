@@ -12,6 +12,7 @@
 #include "services/runtime/resource_name.h"
 #include "services/runtime/row_geometry.h"
 #include "services/runtime/stored_geometry.h"
+#include "services/runtime/units.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::inspection {
@@ -20,20 +21,18 @@ namespace {
 using metrology::SectionParameter;
 using storage::SectionValueRow;
 
-constexpr double kTo_um = 1e3;
-constexpr double kTo_deg = 180 / 3.14159265358979323846;
 constexpr char kNoOutline[] = "no outline was found";
 constexpr char kBoundless[] = "boundless: what it is told of is straight";
 // What the record keeps: the circle of a straight edge has no radius.
-constexpr double kGreatest = 1e9;
-bool IsKept(double number) { return std::abs(number) < kGreatest; }
+constexpr double kGreatestKept = 1e9;
+bool IsKept(double number) { return std::abs(number) < kGreatestKept; }
 
 // By SectionParameter's order.
-struct Told {
+struct ToldParameter {
   const char* parameter;
   const char* unit;
 };
-constexpr std::array<Told, metrology::kSectionParameterCount> kTold = {{
+constexpr std::array<ToldParameter, metrology::kSectionParameterCount> kTold = {{
     {"CHORD_NOSE_TAIL", "MM"},     {"CHORD_CALIPER", "MM"},
     {"CHORD_TANGENT", "MM"},       {"STAGGER_NOSE_TAIL", "DEG"},
     {"STAGGER_CALIPER", "DEG"},    {"STAGGER_TANGENT", "DEG"},
@@ -64,7 +63,7 @@ const char* TextOf(metrology::EndKind kind) {
 SectionValueRow ValueRowOf(const SectionFinding& finding, std::size_t i) {
   const auto parameter = static_cast<SectionParameter>(i);
   SectionValueRow row{kTold[i].parameter, kTold[i].unit, {}, {}, {}, {}, {}, {}, ""};
-  const double scale = std::string(kTold[i].unit) == "DEG" ? kTo_deg : 1;
+  const double scale = std::string(kTold[i].unit) == "DEG" ? runtime::kDegPerRad : 1;
   if (finding.nominal_values[parameter] && IsKept(scale * *finding.nominal_values[parameter]))
     row.nominal = scale * *finding.nominal_values[parameter];
   if (!finding.measured) {
@@ -108,7 +107,7 @@ void AddProfile(const SectionFinding& finding, std::vector<SectionValueRow>* row
 void AddSpan(const char* parameter, const char* unit, const std::optional<SpanFinding>& span,
              std::vector<SectionValueRow>* rows) {
   if (!span) return;
-  const double scale = std::string(unit) == "DEG" ? kTo_deg : 1;
+  const double scale = std::string(unit) == "DEG" ? runtime::kDegPerRad : 1;
   SectionValueRow row{parameter, unit, span->nominal, {}, {}, {}, {}, {}, span->reason};
   if (span->value) {
     row.value = scale * *span->value;
@@ -130,10 +129,12 @@ storage::SectionRow SectionRowOf(const SectionOrder::Section& section, const Sec
   row.reason = finding.reason;
   if (finding.measured) {
     const metrology::FittedOutline& fitted = finding.measured->fitted;
-    row.found = storage::SectionRow::Found{
-        TextOf(finding.values.values.leading), TextOf(finding.values.values.trailing),
-        kTo_um * fitted.sample_sigma_mm,       kTo_um * finding.values.form.sigma_mm,
-        finding.values.form.length_mm,         fitted.outline.gap_length_mm() / fitted.outline.length_mm()};
+    row.found = storage::SectionRow::Found{TextOf(finding.values.values.leading),
+                                           TextOf(finding.values.values.trailing),
+                                           runtime::kUmPerMm * fitted.sample_sigma_mm,
+                                           runtime::kUmPerMm * finding.values.form.sigma_mm,
+                                           finding.values.form.length_mm,
+                                           fitted.outline.gap_length_mm() / fitted.outline.length_mm()};
   }
   for (std::size_t i = 0; i < kTold.size(); ++i) row.values.push_back(ValueRowOf(finding, i));
   AddProfile(finding, &row.values);
@@ -157,7 +158,7 @@ storage::SectionOutlineRow OutlineRowOf(const SectionOrder::Section& section, co
   const metrology::Outline& outline = finding.measured->fitted.outline;
   AddPoints(outline, &row.measured_mm);
   for (const double deviation_mm : finding.values.profile->deviation.location_mm)
-    row.deviations_um.push_back(kTo_um * deviation_mm);
+    row.deviations_um.push_back(runtime::kUmPerMm * deviation_mm);
   for (std::size_t i = 0; i < outline.size(); ++i)
     if (outline.nodes()[i].before == metrology::Join::kGap) row.gaps_before.push_back(static_cast<std::int64_t>(i));
   return row;
@@ -187,7 +188,7 @@ runtime::Made<storage::SectionMeasurementRow> RecordOf(const clients::Registered
   row.reference_section = order.sections[order.reference].name;
   if (order.neighbour) {
     row.neighbour_offset_in_part_mm = runtime::ListOf(order.neighbour->offset_mm);
-    row.neighbour_standard_uncertainty_um = kTo_um * order.neighbour->standard_uncertainty_mm;
+    row.neighbour_standard_uncertainty_um = runtime::kUmPerMm * order.neighbour->standard_uncertainty_mm;
   }
   int measured = 0;
   for (std::size_t i = 0; i < findings.size(); ++i) {

@@ -20,18 +20,18 @@ namespace {
 
 using runtime::ToGrpc;
 
-constexpr int kMostValues = 10'000;  // of a page, but for the last inspection's: some 2 MB
+constexpr int kMostPageValues = 10'000;  // of a page, but for the last inspection's: some 2 MB
 constexpr char kPosition[] = "position", kInclination[] = "inclination";
 
 // What is asked for, and how to say it.
-struct Wanted {
+struct WantedValues {
   storage::ValueFilter filter;
   bool position = true, inclination = true;
   runtime::Page page;
 };
 
 // "group/hole", with /position, /inclination or neither.
-absl::Status ReadCharacteristic(const std::string& text, Wanted* wanted) {
+absl::Status ReadCharacteristic(const std::string& text, WantedValues* wanted) {
   if (text.empty()) return absl::OkStatus();
   const std::size_t first = text.find('/'), second = text.find('/', first + 1);
   const bool has_hole = first != std::string::npos && first > 0 && first + 1 < std::min(second, text.size());
@@ -46,8 +46,8 @@ absl::Status ReadCharacteristic(const std::string& text, Wanted* wanted) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Wanted> Read(const v1::ListValuesRequest& request, const grpc::ServerContext& context) {
-  Wanted wanted;
+absl::StatusOr<WantedValues> Read(const v1::ListValuesRequest& request, const grpc::ServerContext& context) {
+  WantedValues wanted;
   runtime::Refusals refusals;
   storage::ValueFilter& filter = wanted.filter;
   for (const auto& [field, collection, name, id] :
@@ -99,7 +99,7 @@ absl::StatusOr<v1::Value> Begin(const storage::HoleValuesRow& row, const char* k
   return value;
 }
 
-absl::Status AddValues(const Wanted& wanted, const storage::HoleValuesRow& row,
+absl::Status AddValues(const WantedValues& wanted, const storage::HoleValuesRow& row,
                        google::protobuf::RepeatedPtrField<v1::Value>* out) {
   if (wanted.position) {
     auto value = Begin(row, kPosition, row.position_verdict);
@@ -125,7 +125,7 @@ absl::Status AddValues(const Wanted& wanted, const storage::HoleValuesRow& row,
 }
 
 // The page, and the sequence below which the next begins; 0: there is none.
-absl::StatusOr<std::int64_t> AddPage(const storage::ValueReader& values, const Wanted& wanted,
+absl::StatusOr<std::int64_t> AddPage(const storage::ValueReader& values, const WantedValues& wanted,
                                      storage::Deadline deadline, google::protobuf::RepeatedPtrField<v1::Value>* out) {
   // One inspection more than asked tells whether there is another page.
   const auto rows = values.Values(wanted.filter, wanted.page.before_sequence, wanted.page.size + 1, deadline);
@@ -133,7 +133,7 @@ absl::StatusOr<std::int64_t> AddPage(const storage::ValueReader& values, const W
   int inspection_count = 0;
   std::int64_t last_sequence = 0;
   for (const storage::HoleValuesRow& row : *rows) {
-    if (row.sequence != last_sequence && (++inspection_count > wanted.page.size || out->size() >= kMostValues))
+    if (row.sequence != last_sequence && (++inspection_count > wanted.page.size || out->size() >= kMostPageValues))
       return last_sequence;
     last_sequence = row.sequence;
     if (absl::Status added = AddValues(wanted, row, out); !added.ok()) return added;
@@ -145,7 +145,7 @@ absl::StatusOr<std::int64_t> AddPage(const storage::ValueReader& values, const W
 
 grpc::Status ValueService::ListValues(grpc::ServerContext* context, const v1::ListValuesRequest* request,
                                       v1::ListValuesResponse* response) {
-  const absl::StatusOr<Wanted> wanted = Read(*request, *context);
+  const absl::StatusOr<WantedValues> wanted = Read(*request, *context);
   if (!wanted.ok()) return ToGrpc(wanted.status());
   const auto next = AddPage(*values_, *wanted, runtime::DeadlineOf(*context), response->mutable_values());
   if (!next.ok()) return ToGrpc(next.status());
@@ -155,7 +155,7 @@ grpc::Status ValueService::ListValues(grpc::ServerContext* context, const v1::Li
 
 grpc::Status ValueService::DownloadValues(grpc::ServerContext* context, const v1::DownloadValuesRequest* request,
                                           grpc::ServerWriter<v1::ListValuesResponse>* writer) {
-  absl::StatusOr<Wanted> wanted = Read(request->values(), *context);
+  absl::StatusOr<WantedValues> wanted = Read(request->values(), *context);
   if (!wanted.ok()) return ToGrpc(wanted.status());
   do {
     v1::ListValuesResponse response;

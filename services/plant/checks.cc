@@ -6,12 +6,12 @@
 namespace sixpoint::plant {
 namespace {
 
-constexpr std::size_t kMostBytes = 64;
+constexpr std::size_t kMostSerialNumberBytes = 64;
 
 }  // namespace
 
 absl::Status CheckSerialNumber(const std::string& field, const std::string& serial_number) {
-  return serial_number.size() <= kMostBytes
+  return serial_number.size() <= kMostSerialNumberBytes
              ? absl::OkStatus()
              : runtime::Refuse(field, std::to_string(serial_number.size()) + " bytes", "at most 64");
 }

@@ -19,10 +19,10 @@ using runtime::ToGrpc;
 using Clock = std::chrono::steady_clock;
 using Entries = std::vector<EventTail::Entry>;
 
-constexpr int kMostEvents = 200;  // of one answer
-constexpr std::size_t kMostBytes =
+constexpr int kMostAnswerEvents = 200;  // of one answer
+constexpr std::size_t kMostAnswerBytes =
     1'000'000;  // of one answer, but for its last event: clients take 4 MB unless they are told otherwise
-constexpr std::chrono::seconds kReadPatience{10};
+constexpr std::chrono::seconds kListPatience{10};
 // gRPC tells nobody that a call was cancelled: it has to be asked.
 constexpr std::chrono::milliseconds kBetweenQuestions{100};
 
@@ -33,7 +33,7 @@ absl::StatusOr<storage::EventQuery> QueryOf(const grpc::ServerContext& context, 
   const absl::Status checked =
       runtime::Refusals().Add(CheckAfterSequence(after_sequence, now)).Add(filter.status()).status();
   if (!checked.ok()) return checked;
-  return storage::EventQuery{*std::move(filter), after_sequence, kMostEvents, runtime::ReaderOf(context)};
+  return storage::EventQuery{*std::move(filter), after_sequence, kMostAnswerEvents, runtime::ReaderOf(context)};
 }
 
 std::string SourceOf(const storage::JournalNow& now) { return "urn:uuid:" + now.plant_id; }
@@ -88,15 +88,15 @@ absl::Status EventService::Tell(Watch* watch) {
 // What the journal's end has for it, or else a page of what lies before that; nothing, where nothing comes for a moment.
 absl::Status EventService::TellNext(Watch* watch) {
   const Clock::time_point heartbeat = watch->said_at + options_.heartbeat;
-  absl::StatusOr<EventTail::After> after =
-      tail_->Wait(watch->query.after_sequence, kMostEvents, std::min(heartbeat, Clock::now() + kBetweenQuestions));
+  absl::StatusOr<EventTail::After> after = tail_->Wait(watch->query.after_sequence, kMostAnswerEvents,
+                                                       std::min(heartbeat, Clock::now() + kBetweenQuestions));
   if (!after.ok()) return after.status();
   if (after->is_kept) {
     absl::StatusOr<Entries> wanted = Wanted(*watch, std::move(after->entries));
     if (!wanted.ok()) return wanted.status();
     after->entries = *std::move(wanted);
   } else {
-    absl::StatusOr<storage::EventPage> page = pages_->Events(watch->query, Clock::now() + kReadPatience);
+    absl::StatusOr<storage::EventPage> page = pages_->Events(watch->query, Clock::now() + kListPatience);
     if (!page.ok()) return page.status();
     for (storage::EventRow& row : page->rows)
       after->entries.push_back(std::make_shared<const storage::EventRow>(std::move(row)));
@@ -118,7 +118,7 @@ absl::StatusOr<Entries> EventService::Wanted(const Watch& watch, Entries entries
   const bool some_restricted =
       std::any_of(entries.begin(), entries.end(), [](const EventTail::Entry& entry) { return entry->is_restricted; });
   if (!some_restricted || watch.query.reader.sees_all) return entries;
-  const auto hidden = pages_->HiddenParts(watch.query.reader, Clock::now() + kReadPatience);
+  const auto hidden = pages_->HiddenParts(watch.query.reader, Clock::now() + kListPatience);
   if (!hidden.ok()) return hidden.status();
   erase([&](const EventTail::Entry& entry) { return !storage::IsSeen(*entry, *hidden); });
   return entries;
@@ -132,7 +132,7 @@ absl::Status EventService::Say(Watch* watch, const Entries& entries, std::int64_
     v1::Event* const event = response.add_events();
     *event = ToProto(*entries[i]);
     bytes += event->ByteSizeLong();
-    if (bytes < kMostBytes || i + 1 == entries.size()) continue;
+    if (bytes < kMostAnswerBytes || i + 1 == entries.size()) continue;
     response.set_looked_at_sequence(event->entry().record_sequence());
     if (absl::Status written = Write(watch, response); !written.ok()) return written;
     response.clear_events();
@@ -172,18 +172,18 @@ grpc::Status EventService::ListEvents(grpc::ServerContext* context, const v1::Li
   if (!now.ok()) return ToGrpc(now.status());
   absl::StatusOr<storage::EventQuery> query = QueryOf(*context, request->after_sequence(), request->filter(), *now);
   if (!query.ok()) return ToGrpc(query.status());
-  query->limit = std::min(size->size, kMostEvents);
+  query->limit = std::min(size->size, kMostAnswerEvents);
   const absl::StatusOr<storage::EventPage> page = pages_->Events(*query, deadline);
   if (!page.ok()) return ToGrpc(page.status());
   response->set_looked_at_sequence(page->looked_at_sequence);
   response->set_is_newest(page->is_newest);
   response->set_source(SourceOf(*now));
   std::size_t bytes = 0;
-  for (std::size_t i = 0; i < page->rows.size() && bytes < kMostBytes; ++i) {
+  for (std::size_t i = 0; i < page->rows.size() && bytes < kMostAnswerBytes; ++i) {
     v1::Event* const event = response->add_events();
     *event = ToProto(page->rows[i]);
     bytes += event->ByteSizeLong();
-    if (bytes < kMostBytes || i + 1 == page->rows.size()) continue;
+    if (bytes < kMostAnswerBytes || i + 1 == page->rows.size()) continue;
     response->set_looked_at_sequence(event->entry().record_sequence());
     response->set_is_newest(false);
   }

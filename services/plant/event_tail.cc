@@ -9,7 +9,7 @@ namespace sixpoint::plant {
 namespace {
 
 constexpr int kMostRead = 500;  // at once; what is left is read at once after it
-constexpr std::chrono::seconds kReadPatience{2};
+constexpr std::chrono::seconds kTailPatience{2};
 
 std::size_t SizeOf(const storage::EventRow& row) {
   const storage::RecordEntry& entry = row.entry.entry;
@@ -81,7 +81,7 @@ absl::StatusOr<EventTail::After> EventTail::Wait(std::int64_t after_sequence, st
 
 // What came past that number or, to begin with, where the journal ends.
 absl::StatusOr<storage::EventPage> EventTail::Read(bool begins, std::int64_t after_sequence) const {
-  const Clock::time_point deadline = Clock::now() + kReadPatience;
+  const Clock::time_point deadline = Clock::now() + kTailPatience;
   if (!begins) return journal_->Events({{}, after_sequence, kMostRead, storage::Reader::Everything()}, deadline);
   const absl::StatusOr<storage::JournalNow> now = journal_->Now(deadline);
   if (!now.ok()) return now.status();

@@ -16,9 +16,9 @@ using runtime::Log;
 using runtime::LogLevel;
 
 constexpr std::int64_t kBatch = 1000;  // entries of a transaction
-constexpr std::chrono::seconds kPatience{30};
+constexpr std::chrono::seconds kSealPatience{30};
 
-storage::Deadline Soon() { return std::chrono::steady_clock::now() + kPatience; }
+storage::Deadline Soon() { return std::chrono::steady_clock::now() + kSealPatience; }
 
 std::string NowText() {
   const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());

@@ -24,7 +24,7 @@ constexpr char kService[] = "sixpoint.plant.v1.AccountService/";
 // More of an address than of an account: many people of a plant may come from one.
 constexpr int kFreeOfAccount = 5, kFreeOfAddress = 20;
 // For what is done after a call that may be gone.
-constexpr std::chrono::seconds kPatience{2};
+constexpr std::chrono::seconds kTryPatience{2};
 
 // The same for all that one host may choose from.
 std::optional<std::string> AddressKey(const std::string& address) {
@@ -115,7 +115,7 @@ absl::Status SignInTries::WentWell(Transaction& transaction, const SignInTry& on
 // Beside a call that may be gone: what fails is said, and nothing of the call's.
 template <typename Work>
 void SignInTries::Aside(const std::string& otherwise, const Work& work) const {
-  absl::StatusOr<Transaction> transaction = database_->Begin(std::chrono::steady_clock::now() + kPatience);
+  absl::StatusOr<Transaction> transaction = database_->Begin(std::chrono::steady_clock::now() + kTryPatience);
   absl::Status done = transaction.status();
   if (done.ok()) done = work(*transaction);
   if (done.ok()) done = transaction->Commit();

@@ -64,12 +64,12 @@ absl::Status ReadPath(const std::string& at, const v1::ToolPath& path, storage::
 }
 
 // What its operations name, each once in a model.
-struct Named {
+struct NamesOfModel {
   std::set<std::string> operations, groups, paths;
   int pose_count = 0;
 };
 
-absl::Status ReadOperation(const std::string& at, const v1::MachiningOperation& one, Named* named,
+absl::Status ReadOperation(const std::string& at, const v1::MachiningOperation& one, NamesOfModel* named,
                            storage::MachiningOperationRow* row) {
   const v1::Electrode& electrode = one.electrode();
   row->operation = one.operation();
@@ -112,7 +112,7 @@ absl::Status ReadOperation(const std::string& at, const v1::MachiningOperation& 
 absl::Status ReadOperations(const v1::MachiningModel& model, storage::MachiningModelRow* row) {
   if (model.operations().empty()) return Refuse("machining_model.operations", "none", "at least one");
   runtime::Refusals refusals;
-  Named named;
+  NamesOfModel named;
   for (int i = 0; i < model.operations_size(); ++i)
     refusals.Add(ReadOperation(OperationAt(i), model.operations(i), &named, &row->operations.emplace_back()));
   if (named.paths.size() > kMostPathsOfModel)

@@ -15,8 +15,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kMostEvents = 100;               // of one message
-constexpr std::size_t kMostBytes = 1'000'000;  // of one message, but for its last event
+constexpr int kMostMessageEvents = 100;               // of one message
+constexpr std::size_t kMostMessageBytes = 1'000'000;  // of one message, but for its last event
 constexpr std::chrono::seconds kDatabasePatience{10};
 constexpr std::chrono::seconds kBetweenSaves{30};  // of a number that moved by what is not for it
 constexpr std::size_t kLongestFailure = 400;
@@ -116,7 +116,8 @@ void WebhookSender::Send(Receiver* receiver) {
 // False: the database is away.
 bool WebhookSender::SendNext(Receiver* receiver) {
   storage::WebhookRow& webhook = receiver->webhook;
-  const storage::EventQuery query{webhook.filter, webhook.delivery.looked_at_sequence, kMostEvents, webhook.reader};
+  const storage::EventQuery query{webhook.filter, webhook.delivery.looked_at_sequence, kMostMessageEvents,
+                                  webhook.reader};
   const absl::StatusOr<storage::EventPage> page = pages_->Events(query, Clock::now() + kDatabasePatience);
   if (!page.ok()) return false;
   if (!page->rows.empty()) {
@@ -163,7 +164,7 @@ void WebhookSender::Deliver(Receiver* receiver, const storage::EventPage& page, 
   storage::WebhookRow& webhook = receiver->webhook;
   std::string body = "[";
   std::size_t count = 0;
-  while (count < page.rows.size() && body.size() < kMostBytes)
+  while (count < page.rows.size() && body.size() < kMostMessageBytes)
     body += (count == 0 ? "" : ",\n") + Text(runtime::CloudEventOf(ToProto(page.rows[count]), source)), ++count;
   body += "]";
   const std::int64_t first = page.rows.front().entry.recorded.sequence,

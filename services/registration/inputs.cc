@@ -14,6 +14,7 @@
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::registration {
 namespace {
@@ -23,7 +24,6 @@ using runtime::NotKnown;
 constexpr std::int64_t kPointBudget = 400'000;          // of all scans together, after thinning
 constexpr std::int64_t kRegionPointBudget = 4'000'000;  // where only regions of them count
 constexpr std::int64_t kMostPoints = 100'000'000;
-constexpr double kRadPerDeg = M_PI / 180;
 
 std::string FieldOf(int scan) { return "scans[" + std::to_string(scan) + "]"; }
 
@@ -172,7 +172,7 @@ absl::StatusOr<metrology::FitOptions> FitOptionsOf(const v1::FitOptions& options
   for (const int freedom : options.degrees_of_freedom())
     out.free[static_cast<std::size_t>(freedom - v1::FREEDOM_TURN_X)] = true;
   out.scan_weights.assign(options.scan_weights().begin(), options.scan_weights().end());
-  out.held_turn_rad = kRadPerDeg * options.held_turn_standard_uncertainty_deg();
+  out.held_turn_rad = runtime::kRadPerDeg * options.held_turn_standard_uncertainty_deg();
   out.held_shift_mm = 1e-3 * options.held_shift_standard_uncertainty_um();
   out.coarse_start = options.coarse_start();
   absl::Status status = AddRegions("options.regions_in", options.regions_in(), part, &out.regions_in);
@@ -356,7 +356,7 @@ absl::Status InputFetcher::FetchPositioning(const Basis& basis, bool apply_axis_
                                     "positioning_standard_uncertainty_deg, want one of both",
                                 {{"resource", machine}, {"axis", letter}});
       of_axis.standard_uncertainty_rad =
-          axis->has_value() ? (*axis)->whole_standard_uncertainty_rad : figure_deg * kRadPerDeg;
+          axis->has_value() ? (*axis)->whole_standard_uncertainty_rad : figure_deg * runtime::kRadPerDeg;
       if (axis->has_value()) inputs->further_names.push_back((*axis)->name);
       continue;
     }

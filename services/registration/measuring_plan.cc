@@ -12,6 +12,7 @@
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/machine_chain.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::registration {
 namespace {
@@ -19,7 +20,6 @@ namespace {
 using Eigen::Vector3d;
 using metrology::Seen;
 
-constexpr double kRadPerDeg = M_PI / 180;
 constexpr double kUsualRegion_mm = 3, kUsualHousing_mm[] = {40, 100, 100};
 
 template <typename Field>
@@ -31,12 +31,12 @@ absl::StatusOr<metrology::PlanOptions> OptionsOf(const v1::PlanMeasurementReques
   metrology::PlanOptions options;
   options.coverage = Or(request.has_coverage(), request.coverage(), options.coverage);
   if (request.has_greatest_incidence_deg())
-    options.greatest_incidence_rad = kRadPerDeg * request.greatest_incidence_deg();
+    options.greatest_incidence_rad = runtime::kRadPerDeg * request.greatest_incidence_deg();
   options.margin_mm = Or(request.has_margin_mm(), request.margin_mm(), options.margin_mm);
   options.clearance_mm = Or(request.has_clearance_mm(), request.clearance_mm(), options.clearance_mm);
   options.most_portions = Or(request.has_most_portions(), request.most_portions(), options.most_portions);
   options.rotary_travel_mm_per_rad =
-      Or(request.has_rotary_travel_mm_per_deg(), request.rotary_travel_mm_per_deg(), 1.0) / kRadPerDeg;
+      Or(request.has_rotary_travel_mm_per_deg(), request.rotary_travel_mm_per_deg(), 1.0) / runtime::kRadPerDeg;
   const double face_mm = inputs.machine.sensor().mid_range_mm();
   options.body = {{-kUsualHousing_mm[0] / 2, -kUsualHousing_mm[1] / 2, face_mm},
                   {kUsualHousing_mm[0] / 2, kUsualHousing_mm[1] / 2, face_mm + kUsualHousing_mm[2]}};
@@ -101,14 +101,14 @@ absl::StatusOr<std::vector<metrology::NamedDisc>> DiscsOf(const v1::PlanMeasurem
 void AddPositions(const Eigen::VectorXd& positions, const metrology::JointChain& chain,
                   google::protobuf::RepeatedField<double>* out) {
   for (int i = 0; i < chain.size(); ++i)
-    out->Add(positions(i) / (chain.motion(i).kind == metrology::JointKind::kRotary ? kRadPerDeg : 1));
+    out->Add(positions(i) / (chain.motion(i).kind == metrology::JointKind::kRotary ? runtime::kRadPerDeg : 1));
 }
 
 void AddPortion(const metrology::PlannedPortion& from, const metrology::JointChain& chain, v1::MeasuringPlan* plan) {
   v1::PlannedPortion& to = *plan->add_portions();
   to.set_region(from.region);
-  to.set_a_deg(from.pose.a_rad / kRadPerDeg);
-  to.set_b_deg(from.pose.b_rad / kRadPerDeg);
+  to.set_a_deg(from.pose.a_rad / runtime::kRadPerDeg);
+  to.set_b_deg(from.pose.b_rad / runtime::kRadPerDeg);
   runtime::ToProto(from.v0_mm, to.mutable_v0_mm());
   to.set_length_mm(from.length_mm);
   to.set_seen_mm2(from.seen_mm2);
@@ -234,14 +234,15 @@ absl::StatusOr<v1::MeasuringPlan> PlanOf(const v1::PlanMeasurementRequest& reque
   auto discs = DiscsOf(request, inputs.part);
   if (!discs.ok()) return discs.status();
   const plant::v1::Sensor& sensor = inputs.machine.sensor();
-  const metrology::PlanTask task{*inputs.surface,
-                                 *nominal,
-                                 *chain,
-                                 inputs.sensor.sensor,
-                                 {sensor.mid_range_mm(), sensor.range_mm(), kRadPerDeg * sensor.line_angle_deg()},
-                                 *std::move(discs),
-                                 *std::move(options),
-                                 *std::move(neighbours)};
+  const metrology::PlanTask task{
+      *inputs.surface,
+      *nominal,
+      *chain,
+      inputs.sensor.sensor,
+      {sensor.mid_range_mm(), sensor.range_mm(), runtime::kRadPerDeg * sensor.line_angle_deg()},
+      *std::move(discs),
+      *std::move(options),
+      *std::move(neighbours)};
   const auto made = metrology::MakeMeasuringPlan(task);
   if (!made.ok()) return AsAsked(made.status());
 
@@ -262,7 +263,7 @@ absl::StatusOr<v1::MeasuringPlan> PlanOf(const v1::PlanMeasurementRequest& reque
     if (region.Share() < task.options.coverage) plan.set_covered(false);
   }
   plan.set_travel_mm(made->travel_mm);
-  plan.set_turned_deg(made->turned_rad / kRadPerDeg);
+  plan.set_turned_deg(made->turned_rad / runtime::kRadPerDeg);
   plan.set_sweep_mm(made->sweep_mm);
   if (absl::Status status = AddProgram(request, *made, *chain, &plan); !status.ok()) return status;
   return plan;

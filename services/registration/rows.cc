@@ -13,12 +13,11 @@
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 #include "services/runtime/stored_geometry.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::registration {
 namespace {
 
-constexpr double kUmPerMm = 1000;
-constexpr double kDegPerRad = 180 / 3.14159265358979323846;
 constexpr double kGreatestFigure = 1e12;  // what a free direction's uncertainty is stored as
 
 double Figure(double value) { return value < kGreatestFigure ? value : kGreatestFigure; }
@@ -54,7 +53,7 @@ void AddAllowance(const metrology::AllowanceFinding& allowance, v1::Allowance* d
     runtime::ToProto(in.point_mm, patch->mutable_point_mm());
     runtime::ToProto(in.normal, patch->mutable_normal());
     patch->set_stock_mm(in.stock_mm);
-    patch->set_standard_uncertainty_um(kUmPerMm * in.standard_uncertainty_mm);
+    patch->set_standard_uncertainty_um(runtime::kUmPerMm * in.standard_uncertainty_mm);
     patch->set_share(in.share);
   }
   for (const metrology::SeenSide& in : allowance.sides) {
@@ -74,7 +73,7 @@ v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrolo
   detail.set_patch_mm(evidence.patch_mm);
   if (!allowance.has_value()) {
     detail.set_correlation_widening(Figure(evidence.correlation_widening));
-    detail.set_last_step_um(kUmPerMm * evidence.last_step_mm);
+    detail.set_last_step_um(runtime::kUmPerMm * evidence.last_step_mm);
   }
   detail.set_drawn_hole_count(evidence.drawn_hole_count);
   if (evidence.left_out_count.has_value()) detail.set_left_out_count(*evidence.left_out_count);
@@ -84,7 +83,7 @@ v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrolo
     v1::RegionResidual* region = detail.add_regions();
     runtime::ToProto(in.centre_mm, region->mutable_centre_mm());
     region->set_point_count(in.point_count);
-    region->set_mean_um(kUmPerMm * in.mean_mm);
+    region->set_mean_um(runtime::kUmPerMm * in.mean_mm);
     region->set_used_part(in.used_part);
   }
   if (allowance.has_value()) AddAllowance(*allowance, detail.mutable_allowance());
@@ -98,7 +97,7 @@ v1::Evidence DetailOf(const metrology::PoseFit& fit, const std::optional<metrolo
   if (disagreement.has_value()) {
     v1::Disagreement& out = *detail.mutable_disagreement();
     runtime::ToProto(disagreement->point_mm, out.mutable_point_mm());
-    out.set_standard_uncertainty_um(kUmPerMm * disagreement->standard_uncertainty_mm);
+    out.set_standard_uncertainty_um(runtime::kUmPerMm * disagreement->standard_uncertainty_mm);
   }
   return detail;
 }
@@ -132,35 +131,35 @@ absl::StatusOr<storage::RegistrationRow> FitRowOf(const std::string& blade, cons
   row.point_count = evidence.point_count;
   row.points_used = evidence.points_used;
   row.iteration_count = evidence.iteration_count;
-  row.residual_rms_um = kUmPerMm * evidence.residual_rms_mm;
-  row.residual_sigma_um = kUmPerMm * evidence.residual_sigma_mm;
+  row.residual_rms_um = runtime::kUmPerMm * evidence.residual_rms_mm;
+  row.residual_sigma_um = runtime::kUmPerMm * evidence.residual_sigma_mm;
   row.condition_number = std::max(1.0, Figure(evidence.condition_number));
   row.weakest_direction = runtime::RowMajor(evidence.weakest_direction);
-  row.weakest_standard_uncertainty_um = Figure(kUmPerMm * evidence.weakest_standard_uncertainty_mm);
+  row.weakest_standard_uncertainty_um = Figure(runtime::kUmPerMm * evidence.weakest_standard_uncertainty_mm);
   row.remark = evidence.remark;
   for (const metrology::PortionEvidence& portion : evidence.portions)
     row.scans.push_back(
-        {portion.scan, portion.point_count, portion.points_used, kUmPerMm * portion.residual_median_mm});
+        {portion.scan, portion.point_count, portion.points_used, runtime::kUmPerMm * portion.residual_median_mm});
   for (const metrology::DatumDistance& datum : evidence.datums)
     if (datum.point_count > 0)
-      row.datums.push_back(
-          {datum.name, kUmPerMm * datum.distance_mm, kUmPerMm * datum.standard_uncertainty_mm, datum.point_count});
+      row.datums.push_back({datum.name, runtime::kUmPerMm * datum.distance_mm,
+                            runtime::kUmPerMm * datum.standard_uncertainty_mm, datum.point_count});
   row.weakest_direction_in_words = evidence.weakest_direction_in_words;
   for (const metrology::PortionAgreement& agreement : evidence.agreements)
     row.agreements.push_back({agreement.scan, agreement.other, agreement.patch_count,
-                              Figure(kUmPerMm * agreement.difference_rms_mm),
-                              Figure(kUmPerMm * agreement.expected_rms_mm)});
+                              Figure(runtime::kUmPerMm * agreement.difference_rms_mm),
+                              Figure(runtime::kUmPerMm * agreement.expected_rms_mm)});
   if (allowance.has_value()) {
     row.least_stock_mm = allowance->least_stock_mm;
     row.lacking_mm = allowance->lacking_mm;
   } else {
-    row.noise_sigma_um = kUmPerMm * evidence.noise_sigma_mm;
-    row.model_sigma_um = kUmPerMm * evidence.model_sigma_mm;
+    row.noise_sigma_um = runtime::kUmPerMm * evidence.noise_sigma_mm;
+    row.model_sigma_um = runtime::kUmPerMm * evidence.model_sigma_mm;
     row.information_kept = std::clamp(evidence.information_kept, 0.0, 1.0);
   }
   row.surface_part = std::clamp(evidence.surface_part, 0.0, 1.0);
   if (disagreement.has_value()) {
-    row.disagreement_um = kUmPerMm * disagreement->greatest_mm;
+    row.disagreement_um = runtime::kUmPerMm * disagreement->greatest_mm;
     row.disagreement_ratio = Figure(disagreement->ratio);
     row.disagrees = disagreement->beyond;
   }
@@ -179,10 +178,10 @@ storage::RegistrationAngleRow AngleRowOf(const metrology::AngleInfluence& angle,
   storage::RegistrationAngleRow row;
   row.axis = letter;
   row.characterisation_id = characterisation_id;
-  row.commanded_deg = std::round(1e9 * angle.commanded_rad * kDegPerRad) / 1e9;  // as it was sent: in degrees
-  row.reached_deg = angle.reached_rad * kDegPerRad;
-  row.standard_uncertainty_deg = angle.standard_uncertainty_rad * kDegPerRad;
-  row.half_reversal_deg = angle.half_reversal_rad * kDegPerRad;
+  row.commanded_deg = std::round(1e9 * angle.commanded_rad * runtime::kDegPerRad) / 1e9;  // as it was sent: in degrees
+  row.reached_deg = angle.reached_rad * runtime::kDegPerRad;
+  row.standard_uncertainty_deg = angle.standard_uncertainty_rad * runtime::kDegPerRad;
+  row.half_reversal_deg = angle.half_reversal_rad * runtime::kDegPerRad;
   if (has_pose) row.pose_per_rad = runtime::RowMajor(angle.pose_per_rad);
   return row;
 }

@@ -34,12 +34,12 @@ namespace {
 
 // gRPC reads the one request of a method before anything of ours runs, but of a method that streams requests, which looks the same
 // on the wire. So to gRPC all of ours do.
-RpcMethod::RpcType TypeOf(const google::protobuf::MethodDescriptor& method) {
+RpcMethod::RpcType StreamTypeOf(const google::protobuf::MethodDescriptor& method) {
   return method.server_streaming() ? RpcMethod::BIDI_STREAMING : RpcMethod::CLIENT_STREAMING;
 }
 
 // How long a request may take to come: a method's greatest at this rate.
-constexpr std::chrono::seconds kPatience{10}, kPatienceWithNobody{2};
+constexpr std::chrono::seconds kBodyPatience{10}, kPatienceWithNobody{2};
 constexpr std::size_t kSlowest_bytes_per_s = 500'000;
 
 // Whose the bytes are.
@@ -178,7 +178,7 @@ class AdmittedMethod : public MethodHandler {
 
   absl::StatusOr<Bytes> Receive(const HandlerParameter& call, bool of_nobody) const {
     const std::chrono::milliseconds patience =
-        of_nobody ? kPatienceWithNobody : kPatience + std::chrono::seconds(greatest_bytes_ / kSlowest_bytes_per_s);
+        of_nobody ? kPatienceWithNobody : kBodyPatience + std::chrono::seconds(greatest_bytes_ / kSlowest_bytes_per_s);
     Bytes request = Read(call, patience);
     if (request == nullptr)
       return Refuse("request", "none", "one message of at most " + std::to_string(greatest_bytes_) + " bytes");
@@ -206,7 +206,7 @@ class AdmittedService : public grpc::Service {
     for (int i = 0; i < descriptor.method_count(); ++i) {
       const auto& method = *descriptor.method(i);
       names_.push_back("/" + descriptor.full_name() + "/" + method.name());
-      AddMethod(new grpc::internal::RpcServiceMethod(names_.back().c_str(), TypeOf(method),
+      AddMethod(new grpc::internal::RpcServiceMethod(names_.back().c_str(), StreamTypeOf(method),
                                                      new AdmittedMethod(admission, method, (behind->*handler_of)(i))));
     }
   }

@@ -9,7 +9,7 @@ namespace {
 
 // Less than a tenth of a core is for refusals; so many may come in one go.
 constexpr double kRefusalsPerS = 500, kRefusalsAtOnce = 16;
-constexpr std::chrono::milliseconds kBetweenLooks{4};
+constexpr std::chrono::milliseconds kBetweenQueueLooks{4};
 // Where no room comes a connection is read again all the same, after so long a time and one at a time: what it brings is within what may be
 // refused. Nobody is kept room for.
 constexpr std::chrono::milliseconds kLongestPause{500}, kLongestPauseOfNobody{64}, kBetweenRefusedReads{32};
@@ -105,7 +105,7 @@ void CallGate::Run() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (!stopped_) {
     changed_.wait(lock, [this] { return stopped_ || !paused_.empty(); });
-    changed_.wait_for(lock, kBetweenLooks, [this] { return stopped_; });
+    changed_.wait_for(lock, kBetweenQueueLooks, [this] { return stopped_; });
     ReadAgain();
   }
 }

@@ -21,7 +21,7 @@ constexpr std::array<const char*, 17> kCodes = {
     "DataLoss", "Unauthenticated"};
 constexpr int kUnknown = 2;
 
-std::string TypeOf(const google::protobuf::MethodDescriptor& method) {
+std::string TypeWordOf(const google::protobuf::MethodDescriptor& method) {
   if (method.client_streaming()) return method.server_streaming() ? "bidi_stream" : "client_stream";
   return method.server_streaming() ? "server_stream" : "unary";
 }
@@ -69,7 +69,7 @@ void CountCallsOf(std::string_view service) {
   for (int i = 0; i < descriptor->method_count(); ++i) {
     const auto& method = *descriptor->method(i);
     Known()["/" + descriptor->full_name() + "/" + method.name()] = std::make_unique<CallCounts>(MetricLabels{
-        {"grpc_type", TypeOf(method)}, {"grpc_service", descriptor->full_name()}, {"grpc_method", method.name()}});
+        {"grpc_type", TypeWordOf(method)}, {"grpc_service", descriptor->full_name()}, {"grpc_method", method.name()}});
   }
 }
 

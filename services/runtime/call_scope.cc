@@ -8,7 +8,7 @@
 namespace sixpoint::runtime {
 namespace {
 
-constexpr std::size_t kLongestName = 100;
+constexpr std::size_t kLongestNameShown = 100;
 
 thread_local std::shared_ptr<CallFacts> current_call;
 
@@ -21,7 +21,7 @@ std::string& OwnTraceparent() {
 
 void CallFacts::SetCaller(const std::string& caller) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  caller_ = Tame(caller, kLongestName);
+  caller_ = Tame(caller, kLongestNameShown);
 }
 
 std::string CallFacts::caller() const {
@@ -34,7 +34,7 @@ void CallFacts::Concerns(const std::string& name) {
        {std::pair("machine", "machines/"), std::pair("blade", "blades/"), std::pair("scan", "scans/")}) {
     if (name.rfind(collection, 0) != 0) continue;
     const std::lock_guard<std::mutex> lock(mutex_);
-    concerns_.emplace(kind, Tame(name, kLongestName));
+    concerns_.emplace(kind, Tame(name, kLongestNameShown));
   }
 }
 

@@ -6,7 +6,7 @@ namespace sixpoint::runtime {
 namespace {
 
 // gRPC tells nobody that a call was cancelled: it has to be asked.
-constexpr std::chrono::milliseconds kBetweenQuestions{20};
+constexpr std::chrono::milliseconds kBetweenPoolQuestions{20};
 
 }  // namespace
 
@@ -53,7 +53,7 @@ absl::StatusOr<ComputePool::Slot> ComputePool::Enter(std::chrono::steady_clock::
   waiting_gauge_.Add(1);
   absl::Status stopped;
   while (self != waiting_.begin() || running_ >= limits_.at_once) {
-    self->turn.wait_until(lock, std::min(deadline, std::chrono::steady_clock::now() + kBetweenQuestions));
+    self->turn.wait_until(lock, std::min(deadline, std::chrono::steady_clock::now() + kBetweenPoolQuestions));
     if (std::chrono::steady_clock::now() >= deadline) {
       stopped = absl::DeadlineExceededError(what_ + ": its time was over while it waited for its turn");
     } else if (keep_going && !keep_going()) {

@@ -16,7 +16,7 @@ namespace sixpoint::runtime {
 namespace {
 
 // At the 15,000 streams a second that one thread of gRPC's reads, 150 calls, of 2 MB, come between two looks.
-constexpr std::chrono::milliseconds kBetweenLooks{10};
+constexpr std::chrono::milliseconds kBetweenCounts{10};
 // A flood costs its server time of its processors, and a look 0.25 ms of it: one that is idle is not looked at.
 constexpr std::chrono::milliseconds kWorkBetweenLooks{5};
 // Fewer new calls than this in all are no flood, and no connection is looked at.
@@ -91,7 +91,7 @@ FloodWatch::~FloodWatch() {
 void FloodWatch::Run() {
   std::unique_lock<std::mutex> lock(mutex_);
   std::chrono::nanoseconds looked_at{};
-  while (!stopping_.wait_for(lock, kBetweenLooks, [this] { return stopped_; })) {
+  while (!stopping_.wait_for(lock, kBetweenCounts, [this] { return stopped_; })) {
     if (ProcessorTime() < looked_at + kWorkBetweenLooks) continue;
     Look();
     looked_at = ProcessorTime();

@@ -5,11 +5,10 @@
 
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::runtime {
 namespace {
-
-constexpr double kRadPerDeg = M_PI / 180;
 
 absl::Status Unsuitable(const plant::v1::Machine& machine, const absl::Status& status) {
   return Failure(errors::v1::KINEMATICS_UNSUITABLE, machine.name() + ".kinematics: " + std::string(status.message()),

@@ -21,14 +21,14 @@ absl::Status NoTokenOfOurs(const std::string& page_token) {
   return Refuse("page_token", page_token.substr(0, 64), "the next_page_token of a page with the same filters");
 }
 
-struct Place {
+struct PagePlace {
   std::string after;  // what the token says behind its mark; empty without a token
   int size = 0;
 };
 
-absl::StatusOr<Place> PlaceOf(const std::string& filters, int page_size, const std::string& page_token) {
+absl::StatusOr<PagePlace> PlaceOf(const std::string& filters, int page_size, const std::string& page_token) {
   if (page_size < 0) return Refuse("page_size", std::to_string(page_size), "0 to 1000");
-  Place place;
+  PagePlace place;
   place.size = page_size == 0 ? kUsualPageSize : std::min(page_size, kGreatestPageSize);
   if (page_token.empty()) return place;
   const std::string mark = MarkOf(filters);
@@ -40,14 +40,14 @@ absl::StatusOr<Place> PlaceOf(const std::string& filters, int page_size, const s
 }  // namespace
 
 absl::StatusOr<IdPage> IdPageOf(const std::string& filters, int page_size, const std::string& page_token) {
-  const absl::StatusOr<Place> place = PlaceOf(filters, page_size, page_token);
+  const absl::StatusOr<PagePlace> place = PlaceOf(filters, page_size, page_token);
   if (!place.ok()) return place.status();
   if (!place->after.empty() && !CheckId("page_token", place->after).ok()) return NoTokenOfOurs(page_token);
   return IdPage{place->after, place->size};
 }
 
 absl::StatusOr<Page> PageOf(const std::string& filters, int page_size, const std::string& page_token) {
-  const absl::StatusOr<Place> place = PlaceOf(filters, page_size, page_token);
+  const absl::StatusOr<PagePlace> place = PlaceOf(filters, page_size, page_token);
   if (!place.ok()) return place.status();
   Page page{0, place->size};
   if (page_token.empty()) return page;

@@ -10,7 +10,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // gRPC tells nobody that a call was cancelled: it has to be asked.
-constexpr std::chrono::milliseconds kBetweenQuestions{100};
+constexpr std::chrono::milliseconds kBetweenShareQuestions{100};
 
 }  // namespace
 
@@ -26,7 +26,7 @@ std::optional<PeerShares::Share> PeerShares::Take(const std::string& grpc_peer, 
   self->peer = peer;
   bool is_its_turn = IsFirst(self) && HasRoom(peer);
   while (!is_its_turn && Clock::now() < until && keep_going()) {
-    self->turn.wait_until(lock, std::min(until, Clock::now() + kBetweenQuestions));
+    self->turn.wait_until(lock, std::min(until, Clock::now() + kBetweenShareQuestions));
     is_its_turn = IsFirst(self) && HasRoom(peer);
   }
   waiting_.erase(self);

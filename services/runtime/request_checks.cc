@@ -16,8 +16,8 @@ using google::protobuf::Message;
 using google::protobuf::Reflection;
 
 // Where a field stands in its request; only a refusal writes it out.
-struct Place {
-  const Place* outer = nullptr;
+struct FieldPlace {
+  const FieldPlace* outer = nullptr;
   const FieldDescriptor* field = nullptr;
   int item = -1;  // of a repeated field
 
@@ -31,9 +31,9 @@ std::string AtMost(std::uint32_t most, const std::string& what) {
   return "at most " + std::to_string(most) + " " + what;
 }
 
-void CheckMessage(const Message& message, const Place* outer, Refusals* refusals);
+void CheckMessage(const Message& message, const FieldPlace* outer, Refusals* refusals);
 
-void CheckText(const std::string& text, const Place& place, Refusals* refusals) {
+void CheckText(const std::string& text, const FieldPlace& place, Refusals* refusals) {
   const std::uint32_t most_bytes = place.field->options().GetExtension(bounds::v1::most_bytes);
   if (most_bytes > 0 && text.size() > most_bytes)
     refusals->Add(Refuse(place.Text(), std::to_string(text.size()) + " bytes", AtMost(most_bytes, "bytes")));
@@ -41,7 +41,7 @@ void CheckText(const std::string& text, const Place& place, Refusals* refusals) 
     refusals->Add(Refuse(place.Text(), "a NUL byte", "text"));
 }
 
-void CheckRepeated(const Message& message, const Place& place, Refusals* refusals) {
+void CheckRepeated(const Message& message, const FieldPlace& place, Refusals* refusals) {
   const Reflection& reflection = *message.GetReflection();
   const int size = reflection.FieldSize(message, place.field);
   const std::uint32_t most_items = place.field->options().GetExtension(bounds::v1::most_items);
@@ -51,7 +51,7 @@ void CheckRepeated(const Message& message, const Place& place, Refusals* refusal
   }
   std::string buffer;
   for (int i = 0; i < size; ++i) {
-    const Place item{place.outer, place.field, i};
+    const FieldPlace item{place.outer, place.field, i};
     if (place.field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE)
       CheckMessage(reflection.GetRepeatedMessage(message, place.field, i), &item, refusals);
     else if (place.field->cpp_type() == FieldDescriptor::CPPTYPE_STRING)
@@ -62,13 +62,13 @@ void CheckRepeated(const Message& message, const Place& place, Refusals* refusal
 }
 
 // As deep as protobuf lets a message be, which is a hundred.
-void CheckMessage(const Message& message, const Place* outer, Refusals* refusals) {
+void CheckMessage(const Message& message, const FieldPlace* outer, Refusals* refusals) {
   const Reflection& reflection = *message.GetReflection();
   std::vector<const FieldDescriptor*> fields;
   reflection.ListFields(message, &fields);
   std::string buffer;
   for (const FieldDescriptor* field : fields) {
-    const Place place{outer, field};
+    const FieldPlace place{outer, field};
     if (field->is_repeated())
       CheckRepeated(message, place, refusals);
     else if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE)

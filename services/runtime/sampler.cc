@@ -5,7 +5,7 @@
 namespace sixpoint::runtime {
 namespace {
 
-constexpr std::chrono::seconds kPatience{2};
+constexpr std::chrono::seconds kSamplePatience{2};
 // Until the database is there.
 constexpr std::chrono::milliseconds kSoonAgain{1000};
 
@@ -32,7 +32,8 @@ void Sampler::Run() {
     lock.unlock();
     bool all_read = true;
     for (const std::unique_ptr<Sampled>& each : sampled_) {
-      absl::StatusOr<storage::Transaction> transaction = database_->Begin(std::chrono::steady_clock::now() + kPatience);
+      absl::StatusOr<storage::Transaction> transaction =
+          database_->Begin(std::chrono::steady_clock::now() + kSamplePatience);
       if (transaction.ok() && each->Read(*transaction).ok()) continue;
       each->Forget();
       all_read = false;

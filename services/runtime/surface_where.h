@@ -5,6 +5,7 @@
 
 #include "services/runtime/row_geometry.h"
 #include "services/runtime/stored_geometry.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::runtime {
 
@@ -19,12 +20,11 @@ void SetWhere(const Row& row, Message* to) {
 // As kernels take it (metrology::SurfaceRegion).
 template <typename Region, typename Row>
 Region WhereOf(const Row& row) {
-  constexpr double kRad = 3.14159265358979323846 / 180;
   Region region;
   region.minimum_mm = VectorOf(row.minimum_in_part_mm);
   region.maximum_mm = VectorOf(row.maximum_in_part_mm);
   region.facing = VectorOf(row.facing_in_part);
-  if (row.facing_within_deg) region.facing_within_rad = kRad * *row.facing_within_deg;
+  if (row.facing_within_deg) region.facing_within_rad = kRadPerDeg * *row.facing_within_deg;
   return region;
 }
 
