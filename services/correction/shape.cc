@@ -11,7 +11,6 @@
 #include "services/runtime/units.h"
 
 namespace sixpoint::correction {
-namespace {}  // namespace
 
 absl::StatusOr<Shape> ShapeOf(const storage::ReconstructionStore& reconstructions,
                               const storage::ReconstructionRow& row, std::shared_ptr<const metrology::Surface> surface,

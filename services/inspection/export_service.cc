@@ -34,8 +34,8 @@ using runtime::ToGrpc;
 
 constexpr int kMostExportedResults = 5000;            // of inspections, and of maps
 constexpr std::size_t kMostExportedValues = 400'000;  // of all of them: what an answer holds in memory
-constexpr std::size_t kMostExportedPoints =
-    1'000'000;  // of profiles: what a client holds of an answer that may begin anew
+// Of profiles: what a client holds of an answer that may begin anew.
+constexpr std::size_t kMostExportedPoints = 1'000'000;
 
 absl::Status TooMany() {
   return runtime::Refuse("recorded", "more than " + std::to_string(kMostExportedResults) + " results",

@@ -30,11 +30,11 @@ using testing::Must;
 using testing::Plant;
 using testing::WishOf;
 
-constexpr hours kMonth{24 * 30};
+constexpr hours kRenewalTime{24 * 30};
 
 class RenewTest : public ::testing::Test {
  protected:
-  std::string Renew(const Credentials& credentials, hours valid_for = kMonth) {
+  std::string Renew(const Credentials& credentials, hours valid_for = kRenewalTime) {
     return Must(plant_.authority().Renew(testing::SerialOf(credentials), valid_for));
   }
   IssuedCertificate Listed(const std::string& serial) {
@@ -114,7 +114,7 @@ TEST_F(RenewTest, IsListedNewestFirstBesideOthersOfItsHolder) {
   const Credentials first = plant_.Issue("machines/m1"), new_key = plant_.Issue("machines/m1");
   std::vector<std::string> oldest_first{testing::SerialOf(first), testing::SerialOf(new_key)};
   for (int i = 0; i < 10; ++i)
-    oldest_first.push_back(SerialOfPem(Must(plant_.authority().Renew(oldest_first[i == 0 ? 0 : i + 1], kMonth))));
+    oldest_first.push_back(SerialOfPem(Must(plant_.authority().Renew(oldest_first[i == 0 ? 0 : i + 1], kRenewalTime))));
   const std::vector<IssuedCertificate> issued = Must(plant_.authority().Issued());
   ASSERT_EQ(issued.size(), 12U);
   for (std::size_t i = 0; i < issued.size(); ++i) EXPECT_EQ(issued[i].serial, oldest_first[11 - i]);
@@ -136,15 +136,15 @@ TEST_F(RenewTest, IsRefusedOfWhatDoesNotHold) {
   const std::string revoked_and_expired = Keep({now_ - hours(2), now_ - seconds(2)});
   ASSERT_EQ(plant_.authority().Revoke(revoked_and_expired), absl::OkStatus());
   for (const std::string& serial : {testing::SerialOf(taken_back), expired, revoked_and_expired}) {
-    const absl::Status refused = plant_.authority().Renew(serial, kMonth).status();
+    const absl::Status refused = plant_.authority().Renew(serial, kRenewalTime).status();
     EXPECT_TRUE(absl::IsFailedPrecondition(refused)) << refused;
     EXPECT_THAT(std::string(refused.message()), HasSubstr("serial: " + serial + " of machines/m1, "));
     EXPECT_THAT(std::string(refused.message()), HasSubstr(serial == expired ? "expired 20" : "taken back 20"));
   }
   EXPECT_EQ(Must(plant_.authority().Issued()).size(), 4U);
   // One that holds yet, though an older one of its key was taken back: each is taken back for itself.
-  EXPECT_TRUE(plant_.authority().Renew(renewed, kMonth).ok());
-  EXPECT_TRUE(plant_.authority().Renew(Keep({now_ - hours(2), now_ + hours(1)}), kMonth).ok());
+  EXPECT_TRUE(plant_.authority().Renew(renewed, kRenewalTime).ok());
+  EXPECT_TRUE(plant_.authority().Renew(Keep({now_ - hours(2), now_ + hours(1)}), kRenewalTime).ok());
 }
 
 TEST_F(RenewTest, IsOfWhatItGaveAlone) {
@@ -153,19 +153,19 @@ TEST_F(RenewTest, IsOfWhatItGaveAlone) {
   for (const std::string& serial :
        {std::string(), testing::SerialOf(others), std::string("../../certificate"), std::string(5000, 'a'),
         testing::SerialOf(machine) + "\n", testing::SerialOf(machine).substr(1), std::string("a\0b", 3)})
-    EXPECT_TRUE(absl::IsNotFound(plant_.authority().Renew(serial, kMonth).status())) << serial;
+    EXPECT_TRUE(absl::IsNotFound(plant_.authority().Renew(serial, kRenewalTime).status())) << serial;
   // Another's certificate and one's own under a wrong name, laid into its folder.
   std::ofstream(FileOf(testing::SerialOf(others))) << CertificateOf(others);
-  const absl::Status foreign = plant_.authority().Renew(testing::SerialOf(others), kMonth).status();
+  const absl::Status foreign = plant_.authority().Renew(testing::SerialOf(others), kRenewalTime).status();
   EXPECT_THAT(std::string(foreign.message()), HasSubstr(".pem: not signed by the authority"));
   std::ofstream(FileOf(std::string(32, 'a'))) << CertificateOf(machine);
-  const absl::Status renamed = plant_.authority().Renew(std::string(32, 'a'), kMonth).status();
+  const absl::Status renamed = plant_.authority().Renew(std::string(32, 'a'), kRenewalTime).status();
   EXPECT_THAT(std::string(renamed.message()), HasSubstr(".pem: holds another certificate"));
   fs::remove(FileOf(std::string(32, 'a')));
   EXPECT_EQ(Must(plant_.authority().Issued()).size(), 2U);
   std::string upper = testing::SerialOf(machine);
   for (char& c : upper) c = static_cast<char>(std::toupper(c));
-  EXPECT_TRUE(plant_.authority().Renew(upper, kMonth).ok());  // as `openssl x509 -serial` prints it
+  EXPECT_TRUE(plant_.authority().Renew(upper, kRenewalTime).ok());  // as `openssl x509 -serial` prints it
 }
 
 TEST_F(RenewTest, IsBoundedInItsTime) {
@@ -183,7 +183,7 @@ TEST_F(RenewTest, NeverOutlivesTheAuthority) {
   const Certificate shorter = Must(NewAuthorityCertificate(authority.key.get(), "test", its));
   std::ofstream(plant_.certificate_file()) << Must(PemOf(shorter.get()));
   const std::string serial = Keep(its);
-  const IssuedCertificate renewed = Listed(SerialOfPem(Must(plant_.authority().Renew(serial, kMonth))));
+  const IssuedCertificate renewed = Listed(SerialOfPem(Must(plant_.authority().Renew(serial, kRenewalTime))));
   EXPECT_EQ(renewed.not_after, ValidityOf(shorter.get())->not_after);
   EXPECT_EQ(renewed.not_before, ValidityOf(shorter.get())->not_before);
 }
@@ -191,9 +191,9 @@ TEST_F(RenewTest, NeverOutlivesTheAuthority) {
 TEST_F(RenewTest, IsRefusedWhereTheListCannotBeRead) {
   const std::string serial = testing::SerialOf(plant_.Issue("machines/m1"));
   fs::remove(plant_.revoked_file());
-  EXPECT_TRUE(absl::IsInvalidArgument(plant_.authority().Renew(serial, kMonth).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(plant_.authority().Renew(serial, kRenewalTime).status()));
   std::ofstream(plant_.revoked_file()) << "garbage";
-  EXPECT_TRUE(absl::IsInvalidArgument(plant_.authority().Renew(serial, kMonth).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(plant_.authority().Renew(serial, kRenewalTime).status()));
 }
 
 TEST_F(RenewTest, LosesNothingOfThreeThreads) {
@@ -206,7 +206,7 @@ TEST_F(RenewTest, LosesNothingOfThreeThreads) {
       const auto first = authority.ok() ? authority->Issue(WishOf(who)) : authority.status();
       std::string serial = first.ok() ? testing::SerialOf(*first) : "";
       for (std::size_t i = 0; i < kEach_count && !serial.empty(); ++i) {
-        const auto pem = authority->Renew(serial, kMonth);
+        const auto pem = authority->Renew(serial, kRenewalTime);
         if (pem.ok() && !authority->Revoke(serial).ok()) ++wrong_count;
         serial = pem.ok() ? SerialOfPem(*pem) : "";
       }

@@ -23,7 +23,7 @@ using testing::Must;
 using ::testing::Not;
 using testing::Plant;
 
-constexpr char kLetters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567";
+constexpr char kBase32Letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567";
 constexpr char kSomeCode[] = "OIBL-2345-67AB-CDEF-GHIJ-KLMN-OI";
 
 // The format once more, from the standards alone: RFC 4648 bit by bit, RFC 5869 by its two HMACs, and AES-GCM as one shot.
@@ -31,7 +31,7 @@ std::string BitsOf(const std::string& code) {
   std::string bits;
   for (const char c : code) {
     if (c == '-') continue;
-    const std::size_t value = std::string(kLetters).find(c);
+    const std::size_t value = std::string(kBase32Letters).find(c);
     for (int i = 4; i >= 0; --i) bits += (value >> i & 1) != 0 ? '1' : '0';
   }
   std::string bytes;
@@ -182,7 +182,7 @@ TEST_F(SealedCredentialsTest, AreRefusedWithAnotherCode) {
   EXPECT_EQ(FieldOf(Unseal(sealed_.pickup_id, sealed_.sealed).status()), "--code");
   for (std::size_t at = 0; at < sealed_.code.size(); ++at) {
     if (sealed_.code[at] == '-') continue;
-    for (const char letter : std::string(kLetters)) {
+    for (const char letter : std::string(kBase32Letters)) {
       std::string code = sealed_.code;
       code[at] = letter;
       if (code == sealed_.code) continue;

@@ -21,7 +21,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::Must;
 
-constexpr char kLetters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.";
+constexpr char kTokenLetters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.";
 
 class SessionTest : public ::testing::Test {
  protected:
@@ -46,7 +46,7 @@ TEST_F(SessionTest, SaysWhoSignedIn) {
   const std::string token = Must(SignSession(Jane(), FolderOf("services/plant")));
   std::printf("a token has %zu bytes\n", token.size());
   EXPECT_LE(token.size(), kLongestSession_bytes);
-  EXPECT_EQ(token.find_first_not_of(kLetters), std::string::npos);
+  EXPECT_EQ(token.find_first_not_of(kTokenLetters), std::string::npos);
   for (int i = 0; i < 2; ++i) {  // and when it is known already
     const SessionJudgement judged = sessions_.Judge(token);
     ASSERT_EQ(judged.standing, SessionStanding::kGood) << judged.why_not;
@@ -99,9 +99,9 @@ TEST_F(SessionTest, NoMutationIsBelieved) {
   };
   for (std::size_t at = 0; at < token.size(); ++at) {
     std::string mutant = token;
-    const char* const letter = std::strchr(kLetters, token[at]);
-    for (const char other :
-         {kLetters[(letter - kLetters + 1) % 65], kLetters[(letter - kLetters + 32) % 65], '=', '\0', '\xff'}) {
+    const char* const letter = std::strchr(kTokenLetters, token[at]);
+    for (const char other : {kTokenLetters[(letter - kTokenLetters + 1) % 65],
+                             kTokenLetters[(letter - kTokenLetters + 32) % 65], '=', '\0', '\xff'}) {
       mutant[at] = other;
       refused(mutant);
     }

@@ -4,17 +4,11 @@
 #include <cstdlib>
 
 #include "storage/blobs.h"
+#include "tests/support/must.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::testing {
 namespace {
-
-template <typename Value>
-Value Must(absl::StatusOr<Value> value) {
-  if (value.ok()) return *std::move(value);
-  std::fprintf(stderr, "registered: %s\n", value.status().ToString().c_str());
-  std::exit(1);
-}
 
 storage::RecordEntry Entry() {
   storage::RecordEntry entry;

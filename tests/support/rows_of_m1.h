@@ -3,26 +3,15 @@
 
 #include <absl/status/statusor.h>
 
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "storage/calibrations.h"
 #include "tests/support/customers_parts.h"
+#include "tests/support/must.h"
 
 namespace sixpoint::testing {
-
-template <typename Value>
-Value Must(absl::StatusOr<Value> value) {
-  if (value.ok()) return *std::move(value);
-  std::fprintf(stderr, "rows of m1: %s\n", value.status().ToString().c_str());
-  std::exit(1);
-}
-inline void Must(const absl::Status& status) {
-  Must(status.ok() ? absl::StatusOr<int>(0) : absl::StatusOr<int>(status));
-}
 
 inline std::string IdOf(const std::string& name) { return name.substr(name.find('/') + 1); }
 

@@ -6,18 +6,12 @@
 #include "storage/blobs.h"
 #include "storage/record.h"
 #include "storage/scans.h"
+#include "tests/support/must.h"
 #include "tests/support/registered.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::testing {
 namespace {
-
-template <typename Value>
-Value Must(absl::StatusOr<Value> value) {
-  if (value.ok()) return *std::move(value);
-  std::fprintf(stderr, "stored scan: %s\n", value.status().ToString().c_str());
-  std::exit(1);
-}
 
 // As if it had been recorded then: its key says when, and chooses the month.
 void MakeOlder(storage::Transaction& transaction, const std::string& scan_id, int days) {
