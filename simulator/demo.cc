@@ -42,19 +42,19 @@ class Progress {
   std::mutex mutex_;
 };
 
-std::atomic<bool> stopped{false};
+std::atomic<bool> signalled{false};
 
 // Until a signal; the same run's machines and part go on.
 void GoOnWorking(PlantLink& plant, const MachineDesign& design, const DesignedPart& part,
                  std::vector<BladeRunPlan> plans, double pace_s, const std::function<void(const std::string&)>& say) {
   constexpr std::uint64_t kMounting = 0;  // the first of a run's streams (blade_run.cc)
   for (BladeRunPlan& plan : plans) plan.mounting_seed = Random::StreamSeed(plan.seed, kMounting);
-  for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { stopped = true; });
+  for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { signalled = true; });
   LivingFleetOptions options;
   options.pace_s = pace_s;
   options.standstill_s = 7 * pace_s;
   KeepWorking(
-      plant, design, part, plans, options, [] { return stopped.load(); }, say);
+      plant, design, part, plans, options, [] { return signalled.load(); }, say);
 }
 
 // Unlike any earlier run's: blades and scans of every run are new.
