@@ -30,13 +30,13 @@ std::string RolesText(const Account& account) {
   return text;
 }
 
-std::string MethodText(const Account& account) {
+std::string SignInMethodText(const Account& account) {
   return EnumText(plant::v1::SignInMethod_Name(account.sign_in_method()), "SIGN_IN_METHOD_");
 }
 
 std::string AccountText(const Account& account) {
   return "who        " + account.name() + "\nroles      " + RolesText(account) + "\nsigns in   " +
-         (account.disabled() ? "not: disabled" : "by " + MethodText(account)) + "\nmade       " +
+         (account.disabled() ? "not: disabled" : "by " + SignInMethodText(account)) + "\nmade       " +
          TimeText(account.created_at()) + "\nchanged    " + TimeText(account.changed_at()) + "\n";
 }
 
@@ -117,7 +117,7 @@ void AddAccountsCommands(Command* app, Session* session) {
                                  plant::v1::ListAccountsRequest(), Table({"who", "roles", "signs in", "changed"}),
                                  &plant::v1::ListAccountsResponse::accounts, [](const Account& account) {
                                    return Cells{account.name(), RolesText(account),
-                                                account.disabled() ? "disabled" : "by " + MethodText(account),
+                                                account.disabled() ? "disabled" : "by " + SignInMethodText(account),
                                                 TimeText(account.changed_at())};
                                  });
   add("show", "One account", ShowAccount);

@@ -30,7 +30,7 @@ struct CalibrateArguments : CalibrationOptions {
   double uncertainty_um = 0;
 };
 
-absl::Status CalibrateSensor(Session* session, const CalibrateArguments& arguments) {
+absl::Status OrderSensorCalibration(Session* session, const CalibrateArguments& arguments) {
   absl::StatusOr<calibration::v1::TouchData> touch = LoadTouchData(arguments.file);
   if (!touch.ok()) return touch.status();
   calibration::v1::CalibrateSensorRequest request;
@@ -46,7 +46,7 @@ absl::Status CalibrateSensor(Session* session, const CalibrateArguments& argumen
                                                    request, CalibrationText, "calibrating the sensor"));
 }
 
-absl::Status CalibrateRotation(Session* session, const CalibrateArguments& arguments) {
+absl::Status OrderRotationCalibration(Session* session, const CalibrateArguments& arguments) {
   calibration::v1::CalibrateRotationRequest request;
   request.set_machine(NameText("machines", arguments.machine));
   const bool standard = arguments.method == "standard";
@@ -94,7 +94,8 @@ void AddCalibrateCommands(Command* app, Session* session) {
   sensor->AddOption("--method", &sensor_arguments->method, "joint (the default) or sequential")
       ->OneOf({"joint", "sequential"});
   AddCalibrationOptions(sensor, sensor_arguments);
-  session->OnCommand(sensor, [session, sensor_arguments] { return CalibrateSensor(session, *sensor_arguments); });
+  session->OnCommand(sensor,
+                     [session, sensor_arguments] { return OrderSensorCalibration(session, *sensor_arguments); });
 
   const auto rotation_arguments = std::make_shared<CalibrateArguments>();
   Command* rotation = calibrate->AddCommand("rotation", "Rotary axes, from poses of a probed sphere");
@@ -111,7 +112,7 @@ void AddCalibrateCommands(Command* app, Session* session) {
                       "Of one probed coordinate; without it, estimated from the residuals");
   AddCalibrationOptions(rotation, rotation_arguments);
   session->OnCommand(rotation,
-                     [session, rotation_arguments] { return CalibrateRotation(session, *rotation_arguments); });
+                     [session, rotation_arguments] { return OrderRotationCalibration(session, *rotation_arguments); });
   AddCalibrateStatedCommand(calibrate, session);
   AddCalibrateProbeCommand(calibrate, session);
   AddCalibrateAxisCommand(calibrate, session);

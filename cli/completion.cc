@@ -15,7 +15,7 @@ struct CompletionWords {
   std::set<std::string> with_value;
 };
 
-std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
+std::vector<const CLI::App*> SubcommandsOf(const CLI::App& app) {
   return app.get_subcommands([](const CLI::App*) { return true; });
 }
 
@@ -33,7 +33,7 @@ void AddOptions(const CLI::App& app, std::string* following, CompletionWords* wo
 
 void AddCommand(const CLI::App& app, const std::string& path, CompletionWords* words) {
   std::string following;
-  for (const CLI::App* command : CommandsOf(app)) {
+  for (const CLI::App* command : SubcommandsOf(app)) {
     if (command->get_name().empty()) {  // a group of options
       AddOptions(*command, &following, words);
       continue;

@@ -40,7 +40,7 @@ std::string PlaceText(const Characteristic& one) {
 
 std::string OrDash(const std::string& text) { return text.empty() ? "-" : text; }
 
-Cells RowOf(const Characteristic& one) {
+Cells CharacteristicRowOf(const Characteristic& one) {
   return {one.characteristic(),
           one.name(),
           EnumText(CharacteristicClass_Name(one.characteristic_class()), "CHARACTERISTIC_CLASS_"),
@@ -99,7 +99,7 @@ void PrintDrawing(const Session& session, const plant::v1::Drawing& drawing) {
   PrintPlaces(drawing);
   Table table({"no.", "name", "class", "mark", "quantity", "of", ">nominal", ">lower", ">upper", "unit", "zone",
                "datums", "rule", "on", "requirement"});
-  for (const Characteristic& one : drawing.characteristics()) table.AddRow(RowOf(one));
+  for (const Characteristic& one : drawing.characteristics()) table.AddRow(CharacteristicRowOf(one));
   std::cout << table.ToText();
 }
 

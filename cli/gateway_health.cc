@@ -11,7 +11,7 @@ namespace {
 
 std::size_t Ignore(const char* /*data*/, std::size_t size, std::size_t count, void* /*user*/) { return size * count; }
 
-std::string HealthOf(CURLcode code, long http_status) {
+std::string GatewayHealthOf(CURLcode code, long http_status) {
   switch (code) {
     case CURLE_OK:
       return http_status == 200 ? "SERVING" : "NOT_SERVING";
@@ -47,7 +47,7 @@ std::string GatewayHealth(const std::string& url, const std::filesystem::path& c
   const CURLcode code = curl_easy_perform(curl);
   long http_status = 0;
   curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &http_status);
-  return HealthOf(code, http_status);
+  return GatewayHealthOf(code, http_status);
 }
 
 }  // namespace sixpoint::cli

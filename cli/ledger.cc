@@ -138,7 +138,7 @@ absl::StatusOr<Found> Check(Session* session, const VerifyArguments& arguments, 
   return found;
 }
 
-void PrintJson(const Found& found) {
+void PrintFoundJson(const Found& found) {
   ordered_json out;
   out["well"] = found.is_well();
   out["tree_size"] = found.size;
@@ -210,14 +210,14 @@ absl::Status Verify(Session* session, const VerifyArguments& arguments) {
   const absl::StatusOr<Found> found = Check(session, arguments, sent, key);
   if (!found.ok()) return found.status();
   if (session->json)
-    PrintJson(*found);
+    PrintFoundJson(*found);
   else
     PrintText(*found, arguments);
   if (!found->is_well()) session->MarkNotUsable();
   return absl::OkStatus();
 }
 
-ordered_json JsonOf(const plant::v1::ProvenEntry& entry) {
+ordered_json EntryJson(const plant::v1::ProvenEntry& entry) {
   ordered_json out;
   out["leaf_index"] = entry.leaf_index();
   out["record_sequence"] = entry.record_sequence();
@@ -266,7 +266,7 @@ absl::Status Prove(Session* session, const std::string& serial, const std::strin
             proof["entries"] = ordered_json::array();
           }
           if (absl::Status proven = CheckEntry(entry, head); !proven.ok()) return proven;
-          proof["entries"].push_back(JsonOf(entry));
+          proof["entries"].push_back(EntryJson(entry));
         }
         return runtime::FromGrpc(reader->Finish());
       });

@@ -38,7 +38,7 @@ std::optional<std::pair<std::tm, int>> ReadTime(std::string_view text) {
   return std::pair(read, ms);
 }
 
-std::optional<system_clock::time_point> TimeOf(std::string_view text, bool is_utc) {
+std::optional<system_clock::time_point> LogTimeOf(std::string_view text, bool is_utc) {
   auto read = ReadTime(text);
   if (!read) return std::nullopt;
   read->first.tm_isdst = -1;
@@ -53,7 +53,7 @@ LogLine FromPostgres(std::string_view text) {
   if (zone_end == std::string_view::npos || pid_end == std::string_view::npos || text.substr(zone_end, 2) != " [")
     return line;
   const std::string_view zone = text.substr(24, zone_end - 24);
-  line.time = TimeOf(text, zone == "UTC" || zone == "GMT");
+  line.time = LogTimeOf(text, zone == "UTC" || zone == "GMT");
   if (!line.time) return line;
   line.text = text.substr(pid_end + 2);
   const std::string word = line.text.substr(0, line.text.find(':'));
@@ -68,7 +68,7 @@ LogLine FromPostgres(std::string_view text) {
 // "2026-11-23 07:20:43,123 INFO spawned: 'ingest' with pid 815", in the computer's own time.
 LogLine FromSupervisor(std::string_view text) {
   LogLine line;
-  line.time = TimeOf(text, /*is_utc=*/false);
+  line.time = LogTimeOf(text, /*is_utc=*/false);
   if (!line.time || text.size() < 25) return line;
   const std::string_view rest = text.substr(24);
   const std::size_t blank = rest.find(' ');
@@ -125,7 +125,7 @@ LogLine ParseLogLine(const std::string& source, std::string_view text) {
   }
   if (line.fields.is_object()) {
     const std::string time = FieldText(line, "ts");
-    if (time.size() == 24 && time.back() == 'Z') line.time = TimeOf(time, /*is_utc=*/true);
+    if (time.size() == 24 && time.back() == 'Z') line.time = LogTimeOf(time, /*is_utc=*/true);
     line.level = FieldText(line, "level");
   } else if (source == "postgres") {
     line = FromPostgres(text);

@@ -81,7 +81,7 @@ bool IsDue(const IssuedCertificate& has, const CertificateWish& wish,
 }
 
 // Written where only its maker reaches and then put into place: in the service's own folder root follows nothing and creates nothing.
-absl::Status HandOver(const fs::path& folder, const Credentials& credentials, const ServiceUser& user) {
+absl::Status GiveToServiceUser(const fs::path& folder, const Credentials& credentials, const ServiceUser& user) {
   const fs::path beside = folder.string() + ".part";
   if (absl::Status status = identity::WriteCredentials(beside, credentials); !status.ok()) return status;
   for (const char* name : {identity::kAuthorityFile, identity::kIdentityFile}) {
@@ -184,7 +184,7 @@ absl::StatusOr<std::vector<Renewed>> RenewCertificates(const LocalPlant& plant, 
     if (is_due) {
       const absl::StatusOr<Credentials> credentials = authority->Issue(holder.wish);
       if (!credentials.ok()) return credentials.status();
-      const absl::Status written = holder.is_service ? HandOver(holder.folder, *credentials, user)
+      const absl::Status written = holder.is_service ? GiveToServiceUser(holder.folder, *credentials, user)
                                                      : identity::WriteCredentials(holder.folder, *credentials);
       if (!written.ok()) return written;
       has = CertificateIn(holder.folder, owner);

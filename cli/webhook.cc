@@ -14,19 +14,20 @@ namespace {
 using plant::v1::Webhook;
 using plant::v1::WebhookService;
 
-std::string StateText(const Webhook& webhook) {
+std::string WebhookStateText(const Webhook& webhook) {
   if (webhook.has_withdrawn_at()) return "withdrawn";
   if (webhook.has_failing_since()) return "failing";
   return webhook.has_delivered_at() ? "delivers" : "nothing sent yet";
 }
 
 std::string WebhookText(const Webhook& webhook) {
-  std::string text = webhook.name() + ": " + StateText(webhook) + "\n  to        " + webhook.url() + "\n  made      " +
-                     TimeText(webhook.created_at()) + " by " + webhook.requested_by() + "\n  delivered " +
-                     (webhook.has_delivered_at() ? "up to " + std::to_string(webhook.delivered_sequence()) + " at " +
-                                                       TimeText(webhook.delivered_at())
-                                                 : std::string("nothing")) +
-                     "\n  behind    " + std::to_string(webhook.lag_count()) + " entries of the journal\n";
+  std::string text =
+      webhook.name() + ": " + WebhookStateText(webhook) + "\n  to        " + webhook.url() + "\n  made      " +
+      TimeText(webhook.created_at()) + " by " + webhook.requested_by() + "\n  delivered " +
+      (webhook.has_delivered_at()
+           ? "up to " + std::to_string(webhook.delivered_sequence()) + " at " + TimeText(webhook.delivered_at())
+           : std::string("nothing")) +
+      "\n  behind    " + std::to_string(webhook.lag_count()) + " entries of the journal\n";
   if (webhook.has_failing_since())
     text += "  failing   since " + TimeText(webhook.failing_since()) + ", " + std::to_string(webhook.failure_count()) +
             " attempts\n";
@@ -107,7 +108,7 @@ void AddWebhookCommands(Command* app, Session* session) {
                                  &plant::v1::ListWebhooksResponse::webhooks, [](const Webhook& one) {
                                    return Cells{IdText(one.name()),
                                                 one.url(),
-                                                StateText(one),
+                                                WebhookStateText(one),
                                                 std::to_string(one.delivered_sequence()),
                                                 std::to_string(one.lag_count()),
                                                 one.last_failure().empty() ? "-" : one.last_failure()};

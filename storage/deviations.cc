@@ -112,7 +112,8 @@ absl::StatusOr<std::vector<DeviationMapRow>> ReadMaps(Transaction& transaction, 
   return maps;
 }
 
-absl::Status InsertPatches(Transaction& transaction, const std::string& id, const DeviationPatchesRow& patches) {
+absl::Status InsertDeviationPatches(Transaction& transaction, const std::string& id,
+                                    const DeviationPatchesRow& patches) {
   const std::vector<double> counts(patches.point_counts.begin(), patches.point_counts.end());
   Params params;
   params.Uuid(id).Reals(patches.centres_in_part_mm).Reals(patches.normals_in_part).Reals(patches.areas_mm2);
@@ -150,8 +151,8 @@ absl::StatusOr<std::vector<DeviationMapRow>> ListMaps(Transaction& transaction, 
   return ReadMaps(transaction, kListMaps, params->Text(filter.verdict).Int(limit));
 }
 
-absl::StatusOr<std::optional<DeviationPatchesRow>> FindPatches(Transaction& transaction,
-                                                               const std::string& deviation_id) {
+absl::StatusOr<std::optional<DeviationPatchesRow>> FindDeviationPatches(Transaction& transaction,
+                                                                        const std::string& deviation_id) {
   const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDeviationPatches, Params().Uuid(deviation_id));
   if (!rows.ok()) return rows.status();
   if (rows->count() == 0) return std::nullopt;
@@ -184,7 +185,7 @@ class PostgresDeviations final : public DeviationResults {
 
   absl::StatusOr<std::optional<DeviationPatchesRow>> Patches(const std::string& deviation_id,
                                                              Deadline deadline) const override {
-    return OneRead(database(), deadline, [&](Transaction& t) { return FindPatches(t, deviation_id); });
+    return OneRead(database(), deadline, [&](Transaction& t) { return FindDeviationPatches(t, deviation_id); });
   }
   absl::StatusOr<std::vector<DeviationCloudBlockRow>> Cloud(const std::string& deviation_id,
                                                             Deadline deadline) const override {
@@ -203,7 +204,7 @@ absl::StatusOr<Recorded> InsertDeviationMap(Transaction& transaction, const Devi
   if (status.ok())
     status = transaction.Execute(kInsertDeviationScans, Params().Uuid(map.deviation_id).Texts(map.scan_ids)).status();
   if (status.ok()) status = InsertDeviationChildren(transaction, map);
-  if (status.ok()) status = InsertPatches(transaction, map.deviation_id, map.patches);
+  if (status.ok()) status = InsertDeviationPatches(transaction, map.deviation_id, map.patches);
   if (status.ok()) status = InsertCloud(transaction, map);
   if (!status.ok()) return status;
   return AppendRecord(transaction, map.deviation_id, entry);

@@ -100,7 +100,7 @@ Params HoleValuesParams(const InspectionRow& inspection) {
   return params;
 }
 
-HoleDetailRow ReadHoleValues(const Rows& rows, int row) {
+HoleDetailRow ReadHoleDetail(const Rows& rows, int row) {
   HoleDetailRow values;
   values.measured_by = rows.Text(row, 2);
   values.along_is = rows.Text(row, 3);
@@ -176,7 +176,7 @@ absl::Status ReadHoleValues(Transaction& transaction, const ParentRows<Inspectio
                                       [&](InspectionRow& inspection, const Rows& rows, int row) {
                                         const auto index = static_cast<std::size_t>(rows.Int(row, 1));
                                         of_holes = of_holes && index < inspection.holes.size();
-                                        if (of_holes) inspection.holes[index].values = ReadHoleValues(rows, row);
+                                        if (of_holes) inspection.holes[index].values = ReadHoleDetail(rows, row);
                                       });
   if (read.ok())
     read = inspections.Add(transaction.Execute(kSelectPitches, ids),

@@ -65,9 +65,9 @@ Holes HolesOf(const storage::CorrectionRow& correction) {
 }
 
 // As the correction was written with.
-absl::StatusOr<metrology::NcFrame> FrameOf(const storage::CorrectionRow& correction,
-                                           const registration::v1::Registration& registration,
-                                           const clients::BladePeers& peers, const runtime::Caller& caller) {
+absl::StatusOr<metrology::NcFrame> CutFrameOf(const storage::CorrectionRow& correction,
+                                              const registration::v1::Registration& registration,
+                                              const clients::BladePeers& peers, const runtime::Caller& caller) {
   metrology::NcFrame frame;
   for (const storage::WorkOffsetRow& one : correction.work_offsets) frame.work_offsets[one.code] = one.offset;
   for (const storage::ToolLengthRow& one : correction.tool_lengths) frame.tool_lengths_mm[one.number] = one.length_mm;
@@ -114,7 +114,7 @@ absl::Status TakeRemaining(const storage::CorrectionRow& correction, const Holes
   const auto rotation = peers.calibrations.Rotation(runtime::NameOf("calibrations", correction.rotation_calibration_id),
                                                     caller.make_context());
   if (!rotation.ok()) return rotation.status();
-  const auto frame = FrameOf(correction, registration, peers, caller);
+  const auto frame = CutFrameOf(correction, registration, peers, caller);
   if (!frame.ok()) return frame.status();
   auto remaining = metrology::LeaveOut(correction.program(), holes.cut,
                                        {correction.axes[0].front(), correction.axes[1].front()}, *frame, holes.all);

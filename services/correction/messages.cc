@@ -12,8 +12,8 @@ namespace sixpoint::correction {
 
 namespace {
 
-void ToProto(const std::optional<storage::CorrectionDecisionRow>& row, v1::CorrectionDecision* (*out)(v1::Correction*),
-             v1::Correction* correction) {
+void Fill(const std::optional<storage::CorrectionDecisionRow>& row, v1::CorrectionDecision* (*out)(v1::Correction*),
+          v1::Correction* correction) {
   if (!row.has_value()) return;
   v1::CorrectionDecision& decision = *out(correction);
   decision.set_requested_by(row->requested_by);
@@ -138,9 +138,9 @@ absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
   if (row.proof) SetProof(*row.proof, correction.mutable_proof());
   AddControlTables(row, &correction);
   AddChecks(row, &correction);
-  ToProto(
+  Fill(
       row.released, [](v1::Correction* out) { return out->mutable_released(); }, &correction);
-  ToProto(
+  Fill(
       row.refused, [](v1::Correction* out) { return out->mutable_refused(); }, &correction);
   if (!row.superseded_by.empty() && row.state == "SUPERSEDED")
     correction.set_superseded_by(runtime::NameOf("corrections", row.superseded_by));

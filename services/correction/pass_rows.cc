@@ -29,7 +29,7 @@ std::string WordOf(metrology::PassOutcome outcome) {
   return "NOT_DETERMINED";
 }
 
-storage::MachinedRegionRow RowOf(const std::string& region, const metrology::PassRegion& found) {
+storage::MachinedRegionRow MachinedRegionRowOf(const std::string& region, const metrology::PassRegion& found) {
   storage::MachinedRegionRow row;
   row.region = region;
   row.patch_count = static_cast<int>(found.patch_count);
@@ -44,7 +44,7 @@ storage::MachinedRegionRow RowOf(const std::string& region, const metrology::Pas
   return row;
 }
 
-void ToProto(const storage::MachinedRegionRow& row, v1::MachinedRegion* out) {
+void Fill(const storage::MachinedRegionRow& row, v1::MachinedRegion* out) {
   out->set_region(row.region);
   out->set_patch_count(row.patch_count);
   out->set_seen_part(row.seen_part);
@@ -75,7 +75,7 @@ runtime::Made<storage::MachiningPassRow> RecordOf(const clients::RegisteredBlade
   row.shapeless_count = left.counts.shapeless;
   row.patch_count = static_cast<int>(left.patches.size());
   for (std::size_t i = 0; i < shape.regions.size(); ++i)
-    row.regions.push_back(RowOf(shape.regions[i].name, left.judged.regions.at(i)));
+    row.regions.push_back(MachinedRegionRowOf(shape.regions[i].name, left.judged.regions.at(i)));
   row.patches = PatchesRowOf(left.patches, left.rest_mm, left.region_of);
   row.patches_sha256 = DigestOf(row.patches);
   storage::RecordEntry entry = clients::EntryOf(
@@ -103,7 +103,7 @@ absl::StatusOr<v1::MachiningPass> ToProto(const storage::MachiningPassRow& row) 
   if (!outcome.ok()) return outcome.status();
   out.set_outcome(*outcome);
   out.set_remark(row.remark);
-  for (const storage::MachinedRegionRow& region : row.regions) ToProto(region, out.add_regions());
+  for (const storage::MachinedRegionRow& region : row.regions) Fill(region, out.add_regions());
   out.mutable_points()->set_taken(row.taken_count);
   out.mutable_points()->set_far_off(row.far_off_count);
   out.mutable_points()->set_shapeless(row.shapeless_count);

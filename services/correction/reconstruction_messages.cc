@@ -15,8 +15,7 @@ namespace {
 
 constexpr std::size_t kPatchesOfMessage = 10'000;
 
-absl::Status ToProto(const storage::ReconstructionRegionRow& row, const std::string& what,
-                     v1::ReconstructedRegion* out) {
+absl::Status Fill(const storage::ReconstructionRegionRow& row, const std::string& what, v1::ReconstructedRegion* out) {
   runtime::ToProto(row.applied, out->mutable_region());
   if (out->region().kind() == plant::v1::SHAPE_REGION_KIND_UNSPECIFIED)
     return absl::DataLossError(what + ": its " + row.applied.kind + " is none that this release knows");
@@ -31,8 +30,8 @@ absl::Status ToProto(const storage::ReconstructionRegionRow& row, const std::str
   return absl::OkStatus();
 }
 
-absl::Status ToProto(const storage::ReconstructionHoldRow& row, const storage::ReconstructionRow& of,
-                     const std::string& what, v1::HoldingPlace* out) {
+absl::Status Fill(const storage::ReconstructionHoldRow& row, const storage::ReconstructionRow& of,
+                  const std::string& what, v1::HoldingPlace* out) {
   const auto limit = runtime::StoredEnum(v1::ShapeLimit_Parse, "SHAPE_LIMIT_" + row.limit_kind, what);
   if (!limit.ok()) return limit.status();
   runtime::SetPoint(row.place_in_part_mm, out->mutable_place_in_part_mm());
@@ -46,20 +45,20 @@ absl::Status ToProto(const storage::ReconstructionHoldRow& row, const storage::R
   return absl::OkStatus();
 }
 
-void ToProto(const storage::ShapeProofRow::Relaxation& row, v1::LeastRelaxation* out) {
+void Fill(const storage::ShapeProofRow::Relaxation& row, v1::LeastRelaxation* out) {
   out->set_at_least_um(row.at_least_um);
   out->set_at_most_um(row.at_most_um);
 }
 
-void ToProto(const storage::ShapeProofRow& row, v1::ShapeProof* out) {
+void Fill(const storage::ShapeProofRow& row, v1::ShapeProof* out) {
   out->set_of_any_shape(row.of_any_shape);
   out->set_lacking_um(row.lacking_um);
   out->set_control_reach_mm(row.control_reach_mm);
-  if (row.tolerance) ToProto(*row.tolerance, out->mutable_tolerance());
-  if (row.stock) ToProto(*row.stock, out->mutable_stock());
+  if (row.tolerance) Fill(*row.tolerance, out->mutable_tolerance());
+  if (row.stock) Fill(*row.stock, out->mutable_stock());
 }
 
-void ToProto(const storage::ReconstructionMethodRow& row, v1::ReconstructionMethod* out) {
+void Fill(const storage::ReconstructionMethodRow& row, v1::ReconstructionMethod* out) {
   out->set_patch_mm(row.patch_mm);
   out->set_farthest_mm(row.farthest_mm);
   out->set_coarsest_spacing_mm(row.coarsest_spacing_mm);
@@ -91,7 +90,7 @@ absl::StatusOr<v1::Reconstruction> ToProto(const storage::ReconstructionRow& row
   if (!method.ok()) return method.status();
   out.set_registration_method(*method);
   for (const std::string& scan : row.scan_ids) out.add_scans(runtime::NameOf("scans", scan));
-  ToProto(row.applied, out.mutable_method());
+  Fill(row.applied, out.mutable_method());
   out.set_of_part_limits(row.of_part_limits);
   const auto outcome =
       runtime::StoredEnum(v1::ReconstructionOutcome_Parse, "RECONSTRUCTION_OUTCOME_" + row.outcome, what);
@@ -99,10 +98,10 @@ absl::StatusOr<v1::Reconstruction> ToProto(const storage::ReconstructionRow& row
   out.set_outcome(*outcome);
   out.set_remark(row.remark);
   for (const storage::ReconstructionRegionRow& region : row.regions)
-    if (absl::Status status = ToProto(region, what, out.add_regions()); !status.ok()) return status;
+    if (absl::Status status = Fill(region, what, out.add_regions()); !status.ok()) return status;
   for (const storage::ReconstructionHoldRow& hold : row.holds)
-    if (absl::Status status = ToProto(hold, row, what, out.add_holding()); !status.ok()) return status;
-  if (row.proof) ToProto(*row.proof, out.mutable_proof());
+    if (absl::Status status = Fill(hold, row, what, out.add_holding()); !status.ok()) return status;
+  if (row.proof) Fill(*row.proof, out.mutable_proof());
   if (row.worst_step_um) out.set_worst_step_um(*row.worst_step_um);
   if (row.worst_kink_deg) out.set_worst_kink_deg(*row.worst_kink_deg);
   out.mutable_points()->set_taken(row.taken_count);

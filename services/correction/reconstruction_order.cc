@@ -30,7 +30,7 @@ void AddListed(const geometry::v1::Point& point, std::vector<double>* out) {
   *out = {point.x_mm(), point.y_mm(), point.z_mm()};
 }
 
-storage::ShapeRegionRow RowOf(const plant::v1::ShapeRegion& region) {
+storage::ShapeRegionRow ShapeRegionRowOf(const plant::v1::ShapeRegion& region) {
   storage::ShapeRegionRow row;
   row.region = region.region();
   if (region.has_minimum_in_part_mm()) AddListed(region.minimum_in_part_mm(), &row.minimum_in_part_mm);
@@ -120,7 +120,7 @@ absl::StatusOr<AppliedRegions> RegionsOf(const plant::v1::Part& part, const std:
         runtime::RevisedName("parts", runtime::LastSegment(part.name()), part.revision()) + " has no shape_regions",
         "a part whose record says what is machined, fixed and datum");
   AppliedRegions applied;
-  for (const plant::v1::ShapeRegion& region : part.shape_regions()) applied.rows.push_back(RowOf(region));
+  for (const plant::v1::ShapeRegion& region : part.shape_regions()) applied.rows.push_back(ShapeRegionRowOf(region));
   runtime::Refusals refusals;
   for (std::size_t i = 0; i < tried.size(); ++i) {
     const std::string field = "tried_limits[" + std::to_string(i) + "]";
@@ -134,7 +134,8 @@ absl::StatusOr<AppliedRegions> RegionsOf(const plant::v1::Part& part, const std:
   }
   if (!refusals.status().ok()) return refusals.status();
   for (int i = 0; i < part.shape_regions_size(); ++i) {
-    const storage::ShapeRegionRow &now = applied.rows[static_cast<std::size_t>(i)], own = RowOf(part.shape_regions(i));
+    const storage::ShapeRegionRow &now = applied.rows[static_cast<std::size_t>(i)],
+                                  own = ShapeRegionRowOf(part.shape_regions(i));
     applied.of_part_limits = applied.of_part_limits && now.allowance_mm == own.allowance_mm &&
                              now.lower_mm == own.lower_mm && now.upper_mm == own.upper_mm;
     applied.kernel.push_back(KernelOf(now));

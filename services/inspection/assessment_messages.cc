@@ -65,8 +65,8 @@ absl::Status SetWords(const storage::CharacteristicFindingRow& row, const std::s
   return cure.status();
 }
 
-absl::Status ToProto(const storage::CharacteristicFindingRow& row, const Results& results,
-                     v1::CharacteristicFinding* out) {
+absl::Status Fill(const storage::CharacteristicFindingRow& row, const Results& results,
+                  v1::CharacteristicFinding* out) {
   out->set_characteristic(row.characteristic);
   out->set_feature(row.feature);
   out->set_name(row.name);
@@ -160,7 +160,7 @@ absl::StatusOr<v1::Assessment> ToProto(const storage::AssessmentRow& row) {
   if (absl::Status set = SetVerdicts(row, results.what(), &assessment); !set.ok()) return set;
   for (const storage::CharacteristicFindingRow& finding : row.findings) {
     v1::CharacteristicFinding* const out = assessment.add_findings();
-    if (absl::Status set = ToProto(finding, results, out); !set.ok()) return set;
+    if (absl::Status set = Fill(finding, results, out); !set.ok()) return set;
     AddToGroup(finding.place, out->verdict(), &assessment);
   }
   if (absl::Status set = SetConflicts(row, results, &assessment); !set.ok()) return set;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kMostPairs = 20000;
 
-v1::BiasVerdict VerdictOf(metrology::BiasVerdict verdict) {
+v1::BiasVerdict BiasVerdictOf(metrology::BiasVerdict verdict) {
   switch (verdict) {
     case metrology::BiasVerdict::kNotSignificant:
       return v1::BIAS_VERDICT_NOT_SIGNIFICANT;
@@ -23,7 +23,7 @@ v1::BiasVerdict VerdictOf(metrology::BiasVerdict verdict) {
   return v1::BIAS_VERDICT_UNDECIDABLE;
 }
 
-void ToProto(const metrology::ValuePair& pair, v1::ComparedValue* out) {
+void Fill(const metrology::ValuePair& pair, v1::ComparedValue* out) {
   out->set_blade(runtime::NameOf("blades", pair.blade));
   out->set_ours(pair.ours);
   out->set_theirs(pair.theirs);
@@ -31,7 +31,7 @@ void ToProto(const metrology::ValuePair& pair, v1::ComparedValue* out) {
   if (pair.theirs_expanded) out->set_theirs_expanded_uncertainty(*pair.theirs_expanded);
 }
 
-void ToProto(const metrology::InstrumentBias& bias, const plant::v1::Characteristic& drawn, v1::InstrumentBias* out) {
+void Fill(const metrology::InstrumentBias& bias, const plant::v1::Characteristic& drawn, v1::InstrumentBias* out) {
   out->set_characteristic(bias.characteristic);
   out->set_feature(bias.feature);
   out->set_name(drawn.name());
@@ -39,7 +39,7 @@ void ToProto(const metrology::InstrumentBias& bias, const plant::v1::Characteris
   out->set_bias(bias.bias);
   if (bias.expanded_uncertainty) out->set_expanded_uncertainty(*bias.expanded_uncertainty);
   if (bias.standard_deviation) out->set_standard_deviation(*bias.standard_deviation);
-  out->set_verdict(VerdictOf(bias.verdict));
+  out->set_verdict(BiasVerdictOf(bias.verdict));
   out->set_unstated_count(bias.unstated_count);
 }
 
@@ -59,11 +59,11 @@ absl::StatusOr<v1::CompareMeasurementsResponse> Compared(const plant::v1::Drawin
   std::map<std::pair<std::string, std::string>, v1::InstrumentBias*> out_of;
   for (const metrology::InstrumentBias& bias : metrology::BiasesOf(pairs)) {
     v1::InstrumentBias* const out = response.add_biases();
-    ToProto(bias, *drawn.at(bias.characteristic), out);
+    Fill(bias, *drawn.at(bias.characteristic), out);
     out_of[{bias.characteristic, bias.feature}] = out;
   }
   for (const metrology::ValuePair& pair : pairs)
-    ToProto(pair, out_of.at({pair.characteristic, pair.feature})->add_pairs());
+    Fill(pair, out_of.at({pair.characteristic, pair.feature})->add_pairs());
   return response;
 }
 

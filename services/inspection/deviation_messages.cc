@@ -15,14 +15,14 @@
 namespace sixpoint::inspection {
 namespace {
 
-void ToProto(const storage::DeviationPatchRow& row, v1::PatchDeviation* out) {
+void Fill(const storage::DeviationPatchRow& row, v1::PatchDeviation* out) {
   out->set_patch(row.patch);
   runtime::SetPoint(row.centre_in_part_mm, out->mutable_centre_in_part_mm());
   out->set_mean_um(row.mean_um);
   out->set_expanded_uncertainty_um(row.expanded_uncertainty_um);
 }
 
-void ToProto(const storage::DeviationRegionRow& row, v1::DeviationStatistics* out) {
+void Fill(const storage::DeviationRegionRow& row, v1::DeviationStatistics* out) {
   out->set_region(row.region);
   out->set_area_mm2(row.area_mm2);
   out->set_seen_area_mm2(row.seen_area_mm2);
@@ -33,11 +33,11 @@ void ToProto(const storage::DeviationRegionRow& row, v1::DeviationStatistics* ou
   out->set_p05_um(row.values->p05_um);
   out->set_p50_um(row.values->p50_um);
   out->set_p95_um(row.values->p95_um);
-  ToProto(row.values->lowest, out->mutable_lowest());
-  ToProto(row.values->highest, out->mutable_highest());
+  Fill(row.values->lowest, out->mutable_lowest());
+  Fill(row.values->highest, out->mutable_highest());
 }
 
-absl::Status ToProto(const storage::DeviationProfileRow& row, const std::string& what, v1::ProfileFinding* out) {
+absl::Status Fill(const storage::DeviationProfileRow& row, const std::string& what, v1::ProfileFinding* out) {
   v1::ProfileTolerance& tolerance = *out->mutable_tolerance();
   tolerance.set_characteristic(row.characteristic);
   tolerance.set_region(row.region);
@@ -57,14 +57,14 @@ absl::Status ToProto(const storage::DeviationProfileRow& row, const std::string&
   out->set_undecided_mm2(row.undecided_mm2);
   out->set_area_count(row.area_count);
   out->mutable_motion()->Add(row.motion.begin(), row.motion.end());
-  if (row.lowest) ToProto(*row.lowest, out->mutable_lowest());
-  if (row.highest) ToProto(*row.highest, out->mutable_highest());
+  if (row.lowest) Fill(*row.lowest, out->mutable_lowest());
+  if (row.highest) Fill(*row.highest, out->mutable_highest());
   for (const storage::DeviationProfileAreaRow& area_row : row.areas) {
     v1::ProfileArea& area = *out->add_areas();
     area.set_above(area_row.above);
     area.set_area_mm2(area_row.area_mm2);
     area.set_patch_count(area_row.patch_count);
-    ToProto(area_row.worst, area.mutable_worst());
+    Fill(area_row.worst, area.mutable_worst());
     runtime::SetPoint(area_row.minimum_in_part_mm, area.mutable_minimum_in_part_mm());
     runtime::SetPoint(area_row.maximum_in_part_mm, area.mutable_maximum_in_part_mm());
   }
@@ -90,7 +90,7 @@ absl::StatusOr<v1::DeviationMap> ToProto(const storage::DeviationMapRow& row) {
   points.set_set_aside(row.set_aside_count);
   points.set_far_off(row.far_off_count);
   for (const storage::DeviationRegionRow& region : row.regions) {
-    ToProto(region, map.add_statistics());
+    Fill(region, map.add_statistics());
     if (region.region.empty()) continue;
     v1::SurfaceRegion& asked = *map.add_regions();
     asked.set_region(region.region);
@@ -100,7 +100,7 @@ absl::StatusOr<v1::DeviationMap> ToProto(const storage::DeviationMapRow& row) {
   if (!budget.ok()) return budget.status();
   map.mutable_budget()->Add(budget->begin(), budget->end());
   for (const storage::DeviationProfileRow& profile : row.profiles)
-    if (absl::Status status = ToProto(profile, what, map.add_profiles()); !status.ok()) return status;
+    if (absl::Status status = Fill(profile, what, map.add_profiles()); !status.ok()) return status;
   if (!row.verdict.empty()) {
     const auto verdict = VerdictOf(row.verdict, what);
     if (!verdict.ok()) return verdict.status();

@@ -122,7 +122,7 @@ void SetOrder(const Drawing& drawing, const WantedOrder& wanted, const DatumFit&
   *out->mutable_inspect()->mutable_options() = fit.options;
 }
 
-geometry::v1::Direction UnitOf(const geometry::v1::Direction& of) {
+geometry::v1::Direction UnitDirectionOf(const geometry::v1::Direction& of) {
   const double length = std::sqrt(of.x() * of.x() + of.y() * of.y() + of.z() * of.z());
   geometry::v1::Direction unit;
   unit.set_x(of.x() / length);
@@ -231,7 +231,7 @@ v1::SurfaceRegion RegionOf(const plant::v1::DrawingRegion& region) {
   if (region.has_minimum_in_part_mm()) *out.mutable_minimum_in_part_mm() = region.minimum_in_part_mm();
   if (region.has_maximum_in_part_mm()) *out.mutable_maximum_in_part_mm() = region.maximum_in_part_mm();
   if (!region.has_facing_in_part()) return out;
-  *out.mutable_facing_in_part() = UnitOf(region.facing_in_part());
+  *out.mutable_facing_in_part() = UnitDirectionOf(region.facing_in_part());
   out.set_facing_within_deg(region.has_facing_within_deg() ? region.facing_within_deg() : kUsualFacing_deg);
   return out;
 }
@@ -245,8 +245,9 @@ v1::SectionPlane PlaneOf(const plant::v1::DrawingSection& section) {
     *plane.mutable_origin_in_part_mm() = section.origin_in_part_mm();
   plane.mutable_normal_in_part()->set_z(1);
   plane.mutable_reference_in_part()->set_x(1);
-  if (section.has_normal_in_part()) *plane.mutable_normal_in_part() = UnitOf(section.normal_in_part());
-  if (section.has_reference_in_part()) *plane.mutable_reference_in_part() = UnitOf(section.reference_in_part());
+  if (section.has_normal_in_part()) *plane.mutable_normal_in_part() = UnitDirectionOf(section.normal_in_part());
+  if (section.has_reference_in_part())
+    *plane.mutable_reference_in_part() = UnitDirectionOf(section.reference_in_part());
   if (section.has_leading_in_part_mm()) *plane.mutable_leading_in_part_mm() = section.leading_in_part_mm();
   if (section.has_near_in_part_mm()) *plane.mutable_near_in_part_mm() = section.near_in_part_mm();
   return plane;

@@ -51,7 +51,7 @@ v1::NotOffered ProtoOf(metrology::NotOffered reason) {
   return v1::NOT_OFFERED_NEWEST_BLADE_OFF;
 }
 
-void ToProto(const metrology::OffsetEstimate& offset, v1::OffsetEstimate* out) {
+void Fill(const metrology::OffsetEstimate& offset, v1::OffsetEstimate* out) {
   const double unit = offset.component < metrology::OffsetComponent::kA ? 1 : runtime::kDegPerRad;
   out->set_component(ProtoOf(offset.component));
   out->set_value(unit * offset.value);
@@ -62,14 +62,14 @@ void ToProto(const metrology::OffsetEstimate& offset, v1::OffsetEstimate* out) {
   if (offset.standard_deviation) out->set_standard_deviation(unit * *offset.standard_deviation);
 }
 
-void ToProto(const metrology::OffsetTest& test, v1::OffsetTest* out) {
+void Fill(const metrology::OffsetTest& test, v1::OffsetTest* out) {
   if (test.f) out->set_f(*test.f);
   if (test.p) out->set_p(*test.p);
   out->set_level(test.level);
   out->set_significant(test.significant);
 }
 
-void ToProto(const metrology::ComponentSpread& spread, v1::ComponentSpread* out) {
+void Fill(const metrology::ComponentSpread& spread, v1::ComponentSpread* out) {
   const metrology::CrossedVariance& v = spread.variance;
   const auto um = [](double variance_mm2) { return 1e3 * std::sqrt(variance_mm2); };
   out->set_component(ProtoOf(spread.component));
@@ -81,7 +81,7 @@ void ToProto(const metrology::ComponentSpread& spread, v1::ComponentSpread* out)
   out->set_holes_degrees_of_freedom(v.hole_freedom);
 }
 
-void ToProto(const metrology::ComponentTrend& trend, v1::ComponentTrend* out) {
+void Fill(const metrology::ComponentTrend& trend, v1::ComponentTrend* out) {
   out->set_component(ProtoOf(trend.component));
   out->set_slope_um_per_day(1e3 * trend.slope.slope);
   if (trend.slope.lower) out->set_slope_lower_um_per_day(1e3 * *trend.slope.lower);
@@ -90,7 +90,7 @@ void ToProto(const metrology::ComponentTrend& trend, v1::ComponentTrend* out) {
   out->set_significant(trend.significant);
 }
 
-void ToProto(const metrology::HoleBias& hole, v1::HoleBias* out) {
+void Fill(const metrology::HoleBias& hole, v1::HoleBias* out) {
   out->set_hole(hole.hole);
   out->set_blade_count(hole.blade_count);
   runtime::ToProto(hole.mean_in_machine_mm, out->mutable_mean_in_machine_mm());
@@ -102,7 +102,7 @@ void ToProto(const metrology::HoleBias& hole, v1::HoleBias* out) {
   out->set_significant(hole.significant);
 }
 
-void ToProto(const metrology::BladeMean& mean, const PeriodOutcomes::Origin& origin, v1::BladeMean* out) {
+void Fill(const metrology::BladeMean& mean, const PeriodOutcomes::Origin& origin, v1::BladeMean* out) {
   out->set_blade(runtime::NameOf("blades", mean.blade));
   out->set_inspection(runtime::NameOf("inspections", origin.inspection_id));
   runtime::ToProto(origin.corrected_at, out->mutable_corrected_at());
@@ -119,7 +119,7 @@ void Offer(const PeriodOutcomes& period, const metrology::Efficacy& efficacy, v1
   if (!period.in_force) out->add_not_offered(v1::NOT_OFFERED_NOT_IN_FORCE);
   if (!out->not_offered().empty()) return;
   for (const metrology::OffsetEstimate& offset : efficacy.offsets)
-    if (offset.offered) ToProto(offset, out->mutable_offered_offset()->add_components());
+    if (offset.offered) Fill(offset, out->mutable_offered_offset()->add_components());
 }
 
 }  // namespace
@@ -131,11 +131,11 @@ void ToProto(const std::string& machine_id, const PeriodOutcomes& period, const 
   out->set_machine(runtime::RevisedName("machines", machine_id, period.machine_revision));
   out->set_in_force(period.in_force);
   for (std::size_t i = 0; i < efficacy.blades.size(); ++i)
-    ToProto(efficacy.blades[i], period.origins[i], out->add_blades());
+    Fill(efficacy.blades[i], period.origins[i], out->add_blades());
   out->set_hole_count(efficacy.hole_count);
   bool turns = false;
   for (const metrology::OffsetEstimate& offset : efficacy.offsets) {
-    ToProto(offset, out->add_offsets());
+    Fill(offset, out->add_offsets());
     turns |= offset.component >= metrology::OffsetComponent::kA;
   }
   for (const metrology::OffsetComponent component : efficacy.not_determined)
@@ -143,15 +143,15 @@ void ToProto(const std::string& machine_id, const PeriodOutcomes& period, const 
   out->set_angles_used(efficacy.angles_used);
   if (efficacy.condition_number && std::isfinite(*efficacy.condition_number))
     out->set_condition_number(*efficacy.condition_number);
-  ToProto(efficacy.position, out->mutable_position_test());
-  if (turns) ToProto(efficacy.angles, out->mutable_angle_test());
-  for (const metrology::ComponentSpread& spread : efficacy.spreads) ToProto(spread, out->add_spreads());
-  for (const metrology::ComponentTrend& trend : efficacy.trends) ToProto(trend, out->add_trends());
+  Fill(efficacy.position, out->mutable_position_test());
+  if (turns) Fill(efficacy.angles, out->mutable_angle_test());
+  for (const metrology::ComponentSpread& spread : efficacy.spreads) Fill(spread, out->add_spreads());
+  for (const metrology::ComponentTrend& trend : efficacy.trends) Fill(trend, out->add_trends());
   if (efficacy.newest_p) out->set_newest_blade_p(*efficacy.newest_p);
   out->set_newest_blade_off(efficacy.newest_off);
   for (const metrology::HoleBias& hole : efficacy.holes) {
     if (out->holes_size() == kMostHoleBiases) break;
-    ToProto(hole, out->add_holes());
+    Fill(hole, out->add_holes());
   }
   Offer(period, efficacy, out);
 }

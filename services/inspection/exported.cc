@@ -55,7 +55,7 @@ void Add(Characteristic characteristic, MeasuredValue value, exchange::Inspected
   part->values.push_back(std::move(value));
 }
 
-Characteristic::Kind KindOf(const storage::CharacteristicFindingRow& finding) {
+Characteristic::Kind ExportedKindOf(const storage::CharacteristicFindingRow& finding) {
   using Kind = Characteristic::Kind;
   if (finding.unit == "RATIO") return Kind::kRatio;
   if (finding.quantity == "HOLE_INCLINATION") return Kind::kInclination;
@@ -71,7 +71,7 @@ void AddFinding(const storage::CharacteristicFindingRow& finding, exchange::Insp
   };
   Characteristic characteristic;
   characteristic.name = finding.characteristic + (finding.feature.empty() ? "" : "/" + finding.feature);
-  characteristic.kind = KindOf(finding);
+  characteristic.kind = ExportedKindOf(finding);
   characteristic.unit = finding.unit == "RATIO" ? "1" : finding.unit == "DEG" ? "deg" : "mm";
   characteristic.nominal = scaled(finding.nominal).value_or(0);
   characteristic.lower = scaled(finding.lower_limit);

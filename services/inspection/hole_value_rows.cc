@@ -14,7 +14,7 @@ namespace {
 using metrology::UncertaintyComponent;
 using storage::StatedValueRow;
 
-const char* TextOf(metrology::SurfaceReference reference) {
+const char* SurfaceReferenceText(metrology::SurfaceReference reference) {
   switch (reference) {
     case metrology::SurfaceReference::kPartZ:
       return "PART_Z";
@@ -49,7 +49,7 @@ storage::HoleDetailRow ValuesRowOf(const metrology::HoleFinding& finding) {
   const metrology::HoleDisplacement& displacement = *finding.displacement;
   storage::HoleDetailRow row;
   row.measured_by = finding.instrument == metrology::HoleInstrument::kBore ? "BORE" : "PIN";
-  row.along_is = TextOf(displacement.directions.reference);
+  row.along_is = SurfaceReferenceText(displacement.directions.reference);
   row.along_in_part = runtime::ThreeOf(displacement.directions.along);
   row.across_in_part = runtime::ThreeOf(displacement.directions.across);
   row.along_um = Lengths(displacement.along);
@@ -84,12 +84,12 @@ storage::HolePitchRow PitchRowOf(const metrology::HolePitch& pitch) {
   return row;
 }
 
-void ToProto(const StatedValueRow& row, v1::SignedValue* out) {
+void Fill(const StatedValueRow& row, v1::SignedValue* out) {
   out->set_value(row.value);
   out->set_expanded_uncertainty(row.expanded_uncertainty);
 }
 
-void ToProto(const storage::StatedPositioningRow& row, v1::StatedPositioning* out) {
+void Fill(const storage::StatedPositioningRow& row, v1::StatedPositioning* out) {
   out->set_position_expanded_uncertainty_um(row.position_expanded_uncertainty_um);
   out->set_inclination_expanded_uncertainty_deg(row.inclination_expanded_uncertainty_deg);
   out->set_positioning_difference_deg(row.positioning_difference_deg);
@@ -107,8 +107,7 @@ absl::Status AddBudget(const storage::InspectionRow& row, const std::vector<doub
   return absl::OkStatus();
 }
 
-absl::Status ToProto(const storage::InspectionRow& inspection, const storage::HoleDetailRow& row,
-                     v1::HoleResult* hole) {
+absl::Status Fill(const storage::InspectionRow& inspection, const storage::HoleDetailRow& row, v1::HoleResult* hole) {
   const std::string what = "inspection " + inspection.inspection_id;
   const auto by = runtime::StoredEnum(v1::HoleMeasuredBy_Parse, "HOLE_MEASURED_BY_" + row.measured_by, what);
   if (!by.ok()) return by.status();
@@ -119,11 +118,11 @@ absl::Status ToProto(const storage::InspectionRow& inspection, const storage::Ho
   displacement.set_along_is(*along_is);
   runtime::SetDirection(row.along_in_part, displacement.mutable_along_in_part());
   runtime::SetDirection(row.across_in_part, displacement.mutable_across_in_part());
-  ToProto(row.along_um, displacement.mutable_along_um());
-  ToProto(row.across_um, displacement.mutable_across_um());
-  ToProto(row.inclination_along_deg, displacement.mutable_inclination_along_deg());
-  ToProto(row.inclination_across_deg, displacement.mutable_inclination_across_deg());
-  if (row.in_stated_positioning) ToProto(*row.in_stated_positioning, hole->mutable_in_stated_positioning());
+  Fill(row.along_um, displacement.mutable_along_um());
+  Fill(row.across_um, displacement.mutable_across_um());
+  Fill(row.inclination_along_deg, displacement.mutable_inclination_along_deg());
+  Fill(row.inclination_across_deg, displacement.mutable_inclination_across_deg());
+  if (row.in_stated_positioning) Fill(*row.in_stated_positioning, hole->mutable_in_stated_positioning());
   if (row.pin_diameter_expanded_uncertainty_um)
     hole->set_pin_diameter_expanded_uncertainty_um(*row.pin_diameter_expanded_uncertainty_um);
   if (row.diameter_mm) {
@@ -176,7 +175,7 @@ void SetHoleValues(const metrology::BladeFindings& findings, storage::Inspection
 absl::Status HoleValuesToProto(const storage::InspectionRow& row, v1::Inspection* inspection) {
   for (std::size_t i = 0; i < row.holes.size(); ++i)
     if (row.holes[i].values)
-      if (absl::Status status = ToProto(row, *row.holes[i].values, inspection->mutable_holes(static_cast<int>(i)));
+      if (absl::Status status = Fill(row, *row.holes[i].values, inspection->mutable_holes(static_cast<int>(i)));
           !status.ok())
         return status;
   for (const storage::HolePitchRow& pitch_row : row.pitches) {

@@ -90,7 +90,7 @@ absl::StatusOr<exchange::MeasuredFormat> FormatOf(v1::MeasurementFormat format) 
   }
 }
 
-absl::Status ToProto(const storage::MeasuredValueRow& row, const std::string& what, v1::MeasuredCharacteristic* out) {
+absl::Status Fill(const storage::MeasuredValueRow& row, const std::string& what, v1::MeasuredCharacteristic* out) {
   const auto unit = runtime::StoredEnum(plant::v1::CharacteristicUnit_Parse, "CHARACTERISTIC_UNIT_" + row.unit, what);
   if (!unit.ok()) return unit.status();
   out->set_characteristic(row.characteristic);
@@ -140,7 +140,7 @@ absl::StatusOr<v1::Measurement> ToProto(const storage::MeasurementRow& row) {
   measurement.set_file_sha256(file.sha256);
   SetUncertainty(file, &measurement);
   for (const storage::MeasuredValueRow& value : row.values) {
-    if (absl::Status status = ToProto(value, what, measurement.add_values()); !status.ok()) return status;
+    if (absl::Status status = Fill(value, what, measurement.add_values()); !status.ok()) return status;
     if (value.value) measurement.set_measured_count(measurement.measured_count() + 1);
   }
   measurement.set_value_count(measurement.values_size());

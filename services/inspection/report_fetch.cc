@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kMostReportedResults = 64;
 constexpr char kKinds[] = "inspections/, deviations/ or sections/ and a UUID, or one of assessments/";
 
-bool IsOf(const std::string& name, const char* collection) { return name.rfind(collection, 0) == 0; }
+bool IsInCollection(const std::string& name, const char* collection) { return name.rfind(collection, 0) == 0; }
 
 // Appends them, each once.
 class Names {
@@ -128,12 +128,12 @@ class Fetch {
  private:
   absl::Status Result(const std::string& field, const std::string& name) {
     // Its values stand in the assessment's findings; whose they are is told with them.
-    if (IsOf(name, "measurements/")) return Keep(field, FindMeasurement(name), &inputs_.measurements);
-    if (IsOf(name, "inspections/"))
+    if (IsInCollection(name, "measurements/")) return Keep(field, FindMeasurement(name), &inputs_.measurements);
+    if (IsInCollection(name, "inspections/"))
       return Keep(field,
                   Find<v1::Inspection>(*sources_.inspections, "inspections", name, errors::v1::INSPECTION_NOT_FOUND),
                   &inputs_.inspections);
-    if (IsOf(name, "deviations/"))
+    if (IsInCollection(name, "deviations/"))
       return Keep(field,
                   Find<v1::DeviationMap>(*sources_.deviations, "deviations", name, errors::v1::DEVIATION_MAP_NOT_FOUND),
                   &inputs_.maps);
@@ -230,7 +230,7 @@ absl::StatusOr<ReportInputs> FetchReport(const ReportSources& sources, const cli
                                          const ResultNames& results, const runtime::Caller& caller) {
   ReportInputs inputs;
   Fetch fetch(sources, peers, caller, &inputs);
-  const bool is_assessed = IsOf(results.front(), "assessments/");
+  const bool is_assessed = IsInCollection(results.front(), "assessments/");
   if (is_assessed) {
     auto assessment = sources.assessment(results.front(), caller.deadline);
     if (!assessment.ok()) return assessment.status();

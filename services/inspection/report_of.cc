@@ -87,7 +87,7 @@ std::string Numbered(const std::string& name, std::size_t index, std::size_t cou
   return count > 1 ? name + " (" + std::to_string(index + 1) + ")" : name;
 }
 
-report::RegionDeviation RegionOf(const v1::DeviationStatistics& statistics) {
+report::RegionDeviation ReportedRegionOf(const v1::DeviationStatistics& statistics) {
   report::RegionDeviation region;
   region.name = statistics.region().empty() ? "whole surface" : statistics.region();
   region.area_mm2 = statistics.area_mm2();
@@ -113,7 +113,7 @@ std::vector<report::RegionDeviation> RegionsOf(const ReportInputs& inputs) {
   std::vector<report::RegionDeviation> regions;
   for (std::size_t i = 0; i < inputs.maps.size(); ++i)
     for (const v1::DeviationStatistics& statistics : inputs.maps[i].statistics()) {
-      report::RegionDeviation& region = regions.emplace_back(RegionOf(statistics));
+      report::RegionDeviation& region = regions.emplace_back(ReportedRegionOf(statistics));
       region.name = Numbered(region.name, i, inputs.maps.size());
       region.fit_state = FitStateOf(inputs.maps[i].method());
     }

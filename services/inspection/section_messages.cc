@@ -11,7 +11,7 @@
 namespace sixpoint::inspection {
 namespace {
 
-absl::Status ToProto(const storage::SectionValueRow& row, const std::string& what, v1::SectionValue* out) {
+absl::Status Fill(const storage::SectionValueRow& row, const std::string& what, v1::SectionValue* out) {
   const auto parameter = runtime::StoredEnum(v1::SectionParameter_Parse, "SECTION_PARAMETER_" + row.parameter, what);
   if (!parameter.ok()) return parameter.status();
   const auto unit = runtime::StoredEnum(v1::SectionUnit_Parse, "SECTION_UNIT_" + row.unit, what);
@@ -32,7 +32,7 @@ absl::StatusOr<v1::SectionEnd> EndOf(const std::string& text, const std::string&
   return runtime::StoredEnum(v1::SectionEnd_Parse, "SECTION_END_" + text, what);
 }
 
-absl::Status ToProto(const storage::SectionRow& row, const std::string& what, v1::Section* out) {
+absl::Status Fill(const storage::SectionRow& row, const std::string& what, v1::Section* out) {
   v1::SectionPlane& plane = *out->mutable_plane();
   plane.set_section(row.section);
   runtime::SetPoint(row.origin_in_part_mm, plane.mutable_origin_in_part_mm());
@@ -44,7 +44,7 @@ absl::Status ToProto(const storage::SectionRow& row, const std::string& what, v1
   out->set_outlier_count(row.outlier_count);
   out->set_reason(row.reason);
   for (const storage::SectionValueRow& value : row.values)
-    if (absl::Status status = ToProto(value, what, out->add_values()); !status.ok()) return status;
+    if (absl::Status status = Fill(value, what, out->add_values()); !status.ok()) return status;
   if (!row.found) return absl::OkStatus();
   const auto leading = EndOf(row.found->leading_end, what), trailing = EndOf(row.found->trailing_end, what);
   if (!leading.ok()) return leading.status();
@@ -79,7 +79,7 @@ absl::StatusOr<v1::SectionMeasurement> ToProto(const storage::SectionMeasurement
     measurement.mutable_neighbour()->set_standard_uncertainty_um(*row.neighbour_standard_uncertainty_um);
   }
   for (const storage::SectionRow& section : row.sections)
-    if (absl::Status status = ToProto(section, what, measurement.add_sections()); !status.ok()) return status;
+    if (absl::Status status = Fill(section, what, measurement.add_sections()); !status.ok()) return status;
   measurement.set_outlines_sha256(row.outlines_sha256);
   measurement.set_requested_by(row.requested_by);
   measurement.set_software_version(row.software_version);

@@ -17,7 +17,7 @@ namespace {
 constexpr int kMostSections = 32;
 constexpr double kGreatestPitchUncertainty_um = 1e6;
 
-absl::StatusOr<SectionOrder::Section> SectionOf(const std::string& field, const v1::SectionPlane& in) {
+absl::StatusOr<SectionOrder::Section> OrderedSectionOf(const std::string& field, const v1::SectionPlane& in) {
   SectionOrder::Section section;
   section.name = in.section();
   runtime::Refusals refusals;
@@ -76,7 +76,7 @@ absl::StatusOr<SectionOrder> OrderOf(const v1::MeasureSectionsRequest& request) 
   std::set<std::string> names;
   for (int i = 0; i < request.sections_size(); ++i) {
     refusals.Add(CheckCalled(At("sections", i) + ".section", request.sections(i).section(), &names));
-    auto section = SectionOf(At("sections", i), request.sections(i));
+    auto section = OrderedSectionOf(At("sections", i), request.sections(i));
     refusals.Add(section.status());
     if (section.ok()) order.sections.push_back(*std::move(section));
   }

@@ -46,7 +46,7 @@ constexpr std::array<ToldParameter, metrology::kSectionParameterCount> kTold = {
     {"TRAILING_X", "MM"},          {"TRAILING_Y", "MM"},
 }};
 
-const char* TextOf(metrology::EndKind kind) {
+const char* EndKindText(metrology::EndKind kind) {
   switch (kind) {
     case metrology::EndKind::kRound:
       return "ROUND";
@@ -129,8 +129,8 @@ storage::SectionRow SectionRowOf(const SectionOrder::Section& section, const Sec
   row.reason = finding.reason;
   if (finding.measured) {
     const metrology::FittedOutline& fitted = finding.measured->fitted;
-    row.found = storage::SectionRow::Found{TextOf(finding.values.values.leading),
-                                           TextOf(finding.values.values.trailing),
+    row.found = storage::SectionRow::Found{EndKindText(finding.values.values.leading),
+                                           EndKindText(finding.values.values.trailing),
                                            runtime::kUmPerMm * fitted.sample_sigma_mm,
                                            runtime::kUmPerMm * finding.values.form.sigma_mm,
                                            finding.values.form.length_mm,

@@ -49,7 +49,7 @@ absl::StatusOr<std::vector<std::string>> RolesOf(const google::protobuf::Repeate
   return WordsOf(person->roles);
 }
 
-absl::StatusOr<v1::Account> ToProto(const AccountRow& row) {
+absl::StatusOr<v1::Account> AccountOf(const AccountRow& row) {
   const absl::StatusOr<std::vector<Role>> roles = RolesOfWords(row.roles);
   if (!roles.ok()) return roles.status();
   v1::Account account;
@@ -83,14 +83,14 @@ absl::StatusOr<v1::Account> AccountService::Changed(const grpc::ServerContext& c
     if (!account->has_value()) return NotFound(name);
     const absl::StatusOr<bool> changed = change(&**account);
     if (!changed.ok()) return changed.status();
-    if (!*changed) return ToProto(**account);
+    if (!*changed) return AccountOf(**account);
     absl::Status done = storage::UpdateAccount(transaction, **account);
     if (done.ok()) done = storage::AppendAccountEvent(transaction, **account, event, runtime::RequestedBy(context));
     if (done.ok() && ends_sessions) done = storage::EndSessions(transaction, name);
     if (!done.ok()) return done;
     account = storage::FindAccount(transaction, name);
     if (!account.ok()) return account.status();
-    return ToProto(**account);
+    return AccountOf(**account);
   });
 }
 
@@ -134,7 +134,7 @@ grpc::Status AccountService::CreateAccount(grpc::ServerContext* context, const v
                             "account: " + made.name + " is there with other roles or another password",
                             {{"resource", made.name}}));
   }
-  return runtime::Answer(ToProto(**account), response);
+  return runtime::Answer(AccountOf(**account), response);
 }
 
 grpc::Status AccountService::SetAccountRoles(grpc::ServerContext* context, const v1::SetAccountRolesRequest* request,
@@ -217,7 +217,7 @@ grpc::Status AccountService::GetAccount(grpc::ServerContext* context, const v1::
       storage::OneRead(*database_, runtime::DeadlineOf(*context),
                        [&](Transaction& transaction) { return storage::FindAccount(transaction, request->name()); });
   if (!account.ok()) return ToGrpc(account.status());
-  return account->has_value() ? runtime::Answer(ToProto(**account), response) : ToGrpc(NotFound(request->name()));
+  return account->has_value() ? runtime::Answer(AccountOf(**account), response) : ToGrpc(NotFound(request->name()));
 }
 
 grpc::Status AccountService::ListAccounts(grpc::ServerContext* context, const v1::ListAccountsRequest* request,
@@ -236,7 +236,7 @@ grpc::Status AccountService::ListAccounts(grpc::ServerContext* context, const v1
       response->set_next_page_token(runtime::TokenAfterId(filters, last.substr(kUsers.size())));
       break;
     }
-    absl::StatusOr<v1::Account> account = ToProto(row);
+    absl::StatusOr<v1::Account> account = AccountOf(row);
     if (!account.ok()) return ToGrpc(account.status());
     *response->add_accounts() = *std::move(account);
   }

@@ -50,7 +50,7 @@ absl::StatusOr<storage::ClearanceOrder> OrderOf(const Request& request, const gr
                                  request.request_id()};
 }
 
-v1::Clearance ToProto(const storage::ClearanceRow& row) {
+v1::Clearance ClearanceOf(const storage::ClearanceRow& row) {
   v1::Clearance clearance;
   clearance.set_holder(row.holder);
   clearance.set_scope(row.scope);
@@ -70,7 +70,7 @@ grpc::Status ClearanceService::GrantClearance(grpc::ServerContext* context, cons
   const auto granted = InTransaction(database_, *context, [&](storage::Transaction& transaction) {
     return storage::GrantClearance(transaction, *order);
   });
-  if (granted.ok()) *response = ToProto(*granted);
+  if (granted.ok()) *response = ClearanceOf(*granted);
   return ToGrpc(granted.status());
 }
 
@@ -87,7 +87,7 @@ grpc::Status ClearanceService::WithdrawClearance(grpc::ServerContext* context,
         runtime::Failure(errors::v1::CLEARANCE_NOT_FOUND,
                          "clearance: of " + order->holder + " for " + order->scope + ", want one that was granted",
                          {{"resource", order->holder}}));
-  *response = ToProto(**withdrawn);
+  *response = ClearanceOf(**withdrawn);
   return grpc::Status::OK;
 }
 
@@ -106,7 +106,7 @@ grpc::Status ClearanceService::ListClearances(grpc::ServerContext* context, cons
   });
   if (!rows.ok()) return ToGrpc(rows.status());
   if (runtime::AddPage(
-          *rows, page->size, [](const storage::ClearanceRow& row) { return ToProto(row); },
+          *rows, page->size, [](const storage::ClearanceRow& row) { return ClearanceOf(row); },
           response->mutable_clearances())) {
     const auto last = static_cast<std::size_t>(page->size) - 1;
     response->set_next_page_token(runtime::TokenAfter(filters, (*rows)[last].granted_sequence));

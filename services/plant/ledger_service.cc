@@ -50,7 +50,7 @@ absl::Status SchemaIsOurs(storage::Database* database, storage::Deadline deadlin
 
 // A read of the ledger's own, in a transaction that ends with it.
 template <typename Work>
-auto Read(storage::Database* database, storage::Deadline deadline, const Work& work)
+auto ReadLedger(storage::Database* database, storage::Deadline deadline, const Work& work)
     -> decltype(work(std::declval<storage::Transaction&>())) {
   absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
@@ -65,7 +65,7 @@ std::chrono::system_clock::time_point MomentOf(const std::string& text) {
   return std::chrono::system_clock::from_time_t(timegm(&utc));
 }
 
-v1::LedgerHead ToProto(const storage::KeptHead& kept) {
+v1::LedgerHead HeadOf(const storage::KeptHead& kept) {
   v1::LedgerHead head;
   head.set_plant_id(kept.head.plant_id);
   head.set_tree_size(kept.head.tree_size);
@@ -78,7 +78,7 @@ v1::LedgerHead ToProto(const storage::KeptHead& kept) {
   return head;
 }
 
-v1::DamageKind ToProto(storage::DamageKind kind) {
+v1::DamageKind DamageKindOf(storage::DamageKind kind) {
   switch (kind) {
     case storage::DamageKind::kChanged:
       return v1::DAMAGE_KIND_CHANGED;
@@ -93,8 +93,8 @@ v1::DamageKind ToProto(storage::DamageKind kind) {
 }
 
 absl::StatusOr<storage::KeptHead> HeadNow(storage::Database* database, storage::Deadline deadline) {
-  auto head =
-      Read(database, deadline, [](storage::Transaction& transaction) { return storage::NewestHead(transaction); });
+  auto head = ReadLedger(database, deadline,
+                         [](storage::Transaction& transaction) { return storage::NewestHead(transaction); });
   if (!head.ok()) return head.status();
   if (!head->has_value())
     return runtime::Failure(errors::v1::LEDGER_NOT_SEALED, "ledger: no head was signed yet, want one");
@@ -141,8 +141,8 @@ class Check {
 
   absl::Status Run(bool with_blobs) {
     if (absl::Status ours = SchemaIsOurs(database_, deadline_); !ours.ok()) return ours;
-    const auto end = Read(database_, deadline_,
-                          [](storage::Transaction& transaction) { return storage::ReadLedgerEnd(transaction); });
+    const auto end = ReadLedger(database_, deadline_,
+                                [](storage::Transaction& transaction) { return storage::ReadLedgerEnd(transaction); });
     if (!end.ok()) return end.status();
     size_ = end->size;
     absl::Status done = absl::OkStatus();
@@ -159,17 +159,17 @@ class Check {
     v1::LedgerSlice message;
     message.set_first_leaf_index(span.begin);
     std::vector<storage::LedgerNode> nodes;
-    const auto slice =
-        Read(database_, deadline_, [&](storage::Transaction& transaction) -> absl::StatusOr<storage::LedgerSlice> {
-          auto checked = storage::CheckSlice(transaction, span, last_sequence_);
-          auto heads = storage::ReadHeads(transaction, span.begin, span.end);
-          auto kept = storage::ReadNodes(transaction, span);
-          if (!heads.ok()) return heads.status();
-          if (!kept.ok()) return kept.status();
-          for (const storage::KeptHead& head : *heads) *message.add_heads() = ToProto(head);
-          nodes = *std::move(kept);
-          return checked;
-        });
+    const auto slice = ReadLedger(database_, deadline_,
+                                  [&](storage::Transaction& transaction) -> absl::StatusOr<storage::LedgerSlice> {
+                                    auto checked = storage::CheckSlice(transaction, span, last_sequence_);
+                                    auto heads = storage::ReadHeads(transaction, span.begin, span.end);
+                                    auto kept = storage::ReadNodes(transaction, span);
+                                    if (!heads.ok()) return heads.status();
+                                    if (!kept.ok()) return kept.status();
+                                    for (const storage::KeptHead& head : *heads) *message.add_heads() = HeadOf(head);
+                                    nodes = *std::move(kept);
+                                    return checked;
+                                  });
     if (!slice.ok()) return slice.status();
     last_sequence_ = slice->last_sequence;
     for (const ledger::Hash& hash : slice->leaf_hashes) message.mutable_leaf_hashes()->append(hash);
@@ -200,7 +200,7 @@ class Check {
   }
 
   absl::Status SendPlain() {
-    const auto damages = Read(database_, deadline_, [](storage::Transaction& transaction) {
+    const auto damages = ReadLedger(database_, deadline_, [](storage::Transaction& transaction) {
       return storage::CheckTablesArePlain(transaction);
     });
     v1::LedgerSlice message;
@@ -208,7 +208,7 @@ class Check {
   }
 
   absl::Status SendOrphans(std::size_t table_index) {
-    const auto damages = Read(database_, deadline_, [&](storage::Transaction& transaction) {
+    const auto damages = ReadLedger(database_, deadline_, [&](storage::Transaction& transaction) {
       return storage::CheckOrphans(transaction, table_index);
     });
     v1::LedgerSlice message;
@@ -216,13 +216,14 @@ class Check {
   }
 
   absl::Status SendBlobs() {
-    const auto gone = Read(database_, deadline_,
-                           [](storage::Transaction& transaction) { return storage::CheckBlobsAreThere(transaction); });
+    const auto gone = ReadLedger(database_, deadline_, [](storage::Transaction& transaction) {
+      return storage::CheckBlobsAreThere(transaction);
+    });
     if (!gone.ok()) return gone.status();
     v1::LedgerSlice first;
     absl::Status done = Send(*gone, &first);
     for (std::string after; done.ok();) {
-      const auto slice = Read(database_, deadline_, [&](storage::Transaction& transaction) {
+      const auto slice = ReadLedger(database_, deadline_, [&](storage::Transaction& transaction) {
         return storage::CheckBlobSlice(transaction, after, kBlobsAtOnce);
       });
       if (!slice.ok()) return slice.status();
@@ -236,7 +237,7 @@ class Check {
   }
 
   absl::Status SendLast() {
-    const auto unsealed = Read(database_, deadline_, [&](storage::Transaction& transaction) {
+    const auto unsealed = ReadLedger(database_, deadline_, [&](storage::Transaction& transaction) {
       return storage::CountUnsealed(transaction, last_sequence_);
     });
     if (!unsealed.ok()) return unsealed.status();
@@ -249,7 +250,7 @@ class Check {
   absl::Status Send(const std::vector<storage::LedgerDamage>& damages, v1::LedgerSlice* message) {
     for (const storage::LedgerDamage& damage : damages) {
       v1::LedgerDamage* told = message->add_damages();
-      told->set_kind(ToProto(damage.kind));
+      told->set_kind(DamageKindOf(damage.kind));
       told->set_table(damage.table);
       told->set_record_id(damage.record_id);
       told->set_record_sequence(damage.record_sequence);
@@ -287,7 +288,7 @@ grpc::Status LedgerService::GetLedgerHead(grpc::ServerContext* context, const v1
                                           v1::LedgerHead* response) {
   const absl::StatusOr<storage::KeptHead> head = HeadNow(database_, runtime::DeadlineOf(*context));
   if (!head.ok()) return ToGrpc(head.status());
-  *response = ToProto(*head);
+  *response = HeadOf(*head);
   return grpc::Status::OK;
 }
 
@@ -306,10 +307,10 @@ grpc::Status LedgerService::GetBladeProof(grpc::ServerContext* context, const v1
   if (!head.ok()) return ToGrpc(head.status());
   const std::int64_t size = head->head.tree_size;
   v1::ProvenEntry first;
-  *first.mutable_head() = ToProto(*head);
+  *first.mutable_head() = HeadOf(*head);
   for (std::int64_t after = 0;;) {
     std::vector<v1::ProvenEntry> messages;
-    const auto proven = Read(database_, deadline, [&](storage::Transaction& transaction) -> absl::StatusOr<bool> {
+    const auto proven = ReadLedger(database_, deadline, [&](storage::Transaction& transaction) -> absl::StatusOr<bool> {
       const auto columns = storage::ReadLedgerColumns(transaction);
       if (!columns.ok()) return columns.status();
       if (after == 0) {

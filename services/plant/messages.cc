@@ -12,13 +12,13 @@
 namespace sixpoint::plant {
 namespace {
 
-void ToProto(const storage::CertificateRow& row, v1::Certificate* out) {
+void Fill(const storage::CertificateRow& row, v1::Certificate* out) {
   out->set_number(row.number);
   runtime::ToProto(row.calibrated_at, out->mutable_calibrated_at());
   runtime::ToProto(row.expires_at, out->mutable_expires_at());
 }
 
-void ToProto(const storage::ExpansionRow& row, v1::ThermalExpansion* out) {
+void Fill(const storage::ExpansionRow& row, v1::ThermalExpansion* out) {
   out->set_um_per_m_k(row.um_per_m_k);
   out->set_standard_uncertainty_um_per_m_k(row.standard_uncertainty_um_per_m_k);
 }
@@ -36,11 +36,11 @@ void SetErrorSources(const storage::MachineRow& row, v1::Machine* machine) {
   if (row.temperature_k) sources.set_temperature_k(*row.temperature_k);
   if (row.temperature_half_range_k) sources.set_temperature_half_range_k(*row.temperature_half_range_k);
   if (row.encoder_latency_um) sources.set_encoder_latency_um(*row.encoder_latency_um);
-  if (row.scale_expansion) ToProto(*row.scale_expansion, sources.mutable_scale_expansion());
+  if (row.scale_expansion) Fill(*row.scale_expansion, sources.mutable_scale_expansion());
   if (sources.ByteSizeLong() > 0) *machine->mutable_error_sources() = std::move(sources);
 }
 
-void ToProto(const storage::JointRow& row, v1::Joint* out) {
+void Fill(const storage::JointRow& row, v1::Joint* out) {
   out->set_axis(row.axis);
   out->set_kind(row.kind == "rotary" ? v1::JOINT_KIND_ROTARY : v1::JOINT_KIND_LINEAR);
   runtime::SetDirection(row.direction, out->mutable_direction());
@@ -52,7 +52,7 @@ void ToProto(const storage::JointRow& row, v1::Joint* out) {
     out->set_positioning_standard_uncertainty_deg(*row.positioning_standard_uncertainty_deg);
 }
 
-void ToProto(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
+void Fill(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
   out->set_group(row.group);
   out->set_diameter_mm(row.diameter_mm);
   out->set_depth_mm(row.depth_mm);
@@ -67,8 +67,7 @@ void ToProto(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
     out->mutable_gauge_pin()->set_diameter_standard_uncertainty_um(row.gauge_pin->diameter_standard_uncertainty_um);
     out->mutable_gauge_pin()->set_greatest_play_mm(row.gauge_pin->greatest_play_mm);
     if (row.gauge_pin->least_depth_mm) out->mutable_gauge_pin()->set_least_depth_mm(*row.gauge_pin->least_depth_mm);
-    if (row.gauge_pin->certificate)
-      ToProto(*row.gauge_pin->certificate, out->mutable_gauge_pin()->mutable_certificate());
+    if (row.gauge_pin->certificate) Fill(*row.gauge_pin->certificate, out->mutable_gauge_pin()->mutable_certificate());
   }
   if (row.pin_standing) {
     v1::PinStanding& standing = *out->mutable_pin_standing();
@@ -83,7 +82,7 @@ void ToProto(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
   }
 }
 
-void ToProto(const storage::TessellationRow& row, v1::SurfaceSummary* out) {
+void Fill(const storage::TessellationRow& row, v1::SurfaceSummary* out) {
   out->set_cad_sha256(row.cad_sha256);
   out->set_surface_sha256(row.surface_sha256);
   out->set_triangle_count(row.triangle_count);
@@ -109,7 +108,7 @@ void SetNominal(const Row& row, geometry::v1::RigidTransform* nominal) {
   runtime::SetPoint(row.zero_from_part_nominal_translation_mm, nominal->mutable_translation_mm());
 }
 
-void ToProto(const storage::StationRow& row, v1::Station* station) {
+void Fill(const storage::StationRow& row, v1::Station* station) {
   station->set_station(row.station);
   SetNominal(row, station->mutable_zero_from_part_nominal());
   station->set_capture_mm(row.capture_mm);
@@ -123,7 +122,7 @@ v1::Machine ToProto(const storage::MachineRow& row) {
   machine.set_revision(row.revision);
   for (const storage::JointRow& joint : row.joints) {
     v1::Kinematics* kinematics = machine.mutable_kinematics();
-    ToProto(joint, joint.side == "part" ? kinematics->add_part_side() : kinematics->add_tool_side());
+    Fill(joint, joint.side == "part" ? kinematics->add_part_side() : kinematics->add_tool_side());
   }
   v1::Sensor* sensor = machine.mutable_sensor();
   sensor->set_model(row.sensor_model);
@@ -147,7 +146,7 @@ v1::Machine ToProto(const storage::MachineRow& row) {
   if (!row.touch_probe_serial_number.empty()) {
     machine.mutable_touch_probe()->set_serial_number(row.touch_probe_serial_number);
     if (row.touch_probe_certificate)
-      ToProto(*row.touch_probe_certificate, machine.mutable_touch_probe()->mutable_certificate());
+      Fill(*row.touch_probe_certificate, machine.mutable_touch_probe()->mutable_certificate());
   }
   runtime::ToProto(row.recorded.recorded_at, machine.mutable_created_at());
   return machine;
@@ -170,7 +169,7 @@ v1::Artefact ToProto(const storage::ArtefactRow& row) {
     to->set_y_mm(feature.y_mm);
   }
   artefact.set_serial_number(row.serial_number);
-  if (row.certificate) ToProto(*row.certificate, artefact.mutable_certificate());
+  if (row.certificate) Fill(*row.certificate, artefact.mutable_certificate());
   if (row.centre_standard_uncertainty_um)
     artefact.set_centre_standard_uncertainty_um(*row.centre_standard_uncertainty_um);
   if (row.flatness_standard_uncertainty_um)
@@ -189,7 +188,7 @@ v1::Part ToProto(const storage::PartRow& row) {
                                                  : v1::CAD_FORMAT_STL);
   part.set_cad_unit_mm(row.cad_unit_mm);
   part.set_solid(row.solid);
-  for (const storage::HoleGroupRow& group : row.hole_groups) ToProto(group, part.add_hole_groups());
+  for (const storage::HoleGroupRow& group : row.hole_groups) Fill(group, part.add_hole_groups());
   for (const storage::DatumPointRow& datum : row.datum_points) {
     v1::DatumPoint* to = part.add_six_points();
     to->set_datum(datum.datum);
@@ -197,17 +196,17 @@ v1::Part ToProto(const storage::PartRow& row) {
     runtime::SetDirection(datum.normal_in_part, to->mutable_normal_in_part());
   }
   SetNominal(row, part.mutable_zero_from_part_nominal());
-  for (const storage::StationRow& station : row.stations) ToProto(station, part.add_stations());
+  for (const storage::StationRow& station : row.stations) Fill(station, part.add_stations());
   for (const storage::ShapeRegionRow& region : row.shape_regions) runtime::ToProto(region, part.add_shape_regions());
-  if (row.thermal_expansion) ToProto(*row.thermal_expansion, part.mutable_thermal_expansion());
-  ToProto(row.tessellation, part.mutable_surface());
+  if (row.thermal_expansion) Fill(*row.thermal_expansion, part.mutable_thermal_expansion());
+  Fill(row.tessellation, part.mutable_surface());
   runtime::ToProto(row.recorded.recorded_at, part.mutable_created_at());
   return part;
 }
 
 namespace {
 
-v1::ToolPath ToProto(const storage::MachiningToolPathRow& row) {
+v1::ToolPath PathOf(const storage::MachiningToolPathRow& row) {
   v1::ToolPath path;
   path.set_path(row.path);
   path.set_a_nominal_deg(row.a_nominal_deg);
@@ -239,7 +238,7 @@ v1::MachiningModel ToProto(const storage::MachiningModelRow& row) {
     to.mutable_electrode()->set_diameter_mm(operation.electrode_diameter_mm);
     to.mutable_electrode()->set_length_mm(operation.electrode_length_mm);
     to.mutable_electrode()->set_wear_mm(operation.electrode_wear_mm);
-    for (const storage::MachiningToolPathRow& path : operation.paths) *to.add_paths() = ToProto(path);
+    for (const storage::MachiningToolPathRow& path : operation.paths) *to.add_paths() = PathOf(path);
     if (operation.tool_number) to.set_tool_number(*operation.tool_number);
     if (operation.feed_mm_min) to.set_feed_mm_min(*operation.feed_mm_min);
   }

@@ -27,7 +27,7 @@ absl::StatusOr<storage::PersonFilter> FilterOf(const std::string& field, const s
   return runtime::Refuse(field, name, "users/{user} or persons/{pseudonym}");
 }
 
-v1::Person ToProto(const storage::PersonRow& row) {
+v1::Person PersonOf(const storage::PersonRow& row) {
   v1::Person person;
   person.set_name(runtime::NameOf("persons", row.pseudonym));
   if (row.user_name) person.set_user(runtime::NameOf("users", *row.user_name));
@@ -51,7 +51,7 @@ grpc::Status PersonService::ListPersons(grpc::ServerContext* context, const v1::
         return storage::ListPersons(transaction, *filter, page->after_id, page->size + 1);
       });
   if (!persons.ok()) return ToGrpc(persons.status());
-  if (runtime::AddPage(*persons, page->size, ToProto, response->mutable_persons()))
+  if (runtime::AddPage(*persons, page->size, PersonOf, response->mutable_persons()))
     response->set_next_page_token(
         runtime::TokenAfterId(filters, (*persons)[static_cast<std::size_t>(page->size) - 1].pseudonym));
   return grpc::Status::OK;
@@ -70,13 +70,13 @@ absl::StatusOr<v1::Person> PersonService::Forget(const grpc::ServerContext& cont
                               "name: " + request.name() + ", want one of whom something is recorded, and who is known",
                               {{"resource", request.name()}});
     const storage::PersonRow& person = known->front();
-    if (!person.user_name) return ToProto(person);
+    if (!person.user_name) return PersonOf(person);
     if (absl::Status status = storage::ForgetPerson(transaction, *person.user_name); !status.ok()) return status;
     const auto forgotten = storage::ListPersons(transaction, {"", person.pseudonym}, "", 1);
     if (!forgotten.ok()) return forgotten.status();
     if (forgotten->empty()) return absl::DataLossError("persons/" + person.pseudonym + " is gone");
     is_new = true;
-    return ToProto(forgotten->front());
+    return PersonOf(forgotten->front());
   };
   absl::StatusOr<v1::Person> forgotten = InTransaction(database_, context, forget);
   // Not whose it was.

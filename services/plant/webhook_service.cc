@@ -36,7 +36,7 @@ void SetFilter(const storage::EventFilter& filter, v1::EventFilter* out) {
   out->set_part(name("parts", filter.part_id));
 }
 
-v1::Webhook ToProto(const WebhookRow& row, std::int64_t newest_sequence) {
+v1::Webhook WebhookOf(const WebhookRow& row, std::int64_t newest_sequence) {
   v1::Webhook webhook;
   webhook.set_name(runtime::NameOf(kCollection, row.webhook_id));
   webhook.set_url(row.url);
@@ -108,7 +108,7 @@ grpc::Status WebhookService::CreateWebhook(grpc::ServerContext* context, const v
     return storage::InsertWebhook(transaction, *row);
   });
   if (!made.ok()) return ToGrpc(made.status());
-  *response->mutable_webhook() = ToProto(*made, now->newest_sequence);
+  *response->mutable_webhook() = WebhookOf(*made, now->newest_sequence);
   response->set_secret(SecretText(made->secret));
   return grpc::Status::OK;
 }
@@ -127,7 +127,7 @@ grpc::Status WebhookService::WithdrawWebhook(grpc::ServerContext* context, const
   });
   if (!withdrawn.ok()) return ToGrpc(withdrawn.status());
   if (!withdrawn->has_value()) return ToGrpc(NotThere(request->name()));
-  *response = ToProto(**withdrawn, (*withdrawn)->delivery.looked_at_sequence);
+  *response = WebhookOf(**withdrawn, (*withdrawn)->delivery.looked_at_sequence);
   return grpc::Status::OK;
 }
 
@@ -152,7 +152,7 @@ grpc::Status WebhookService::GetWebhook(grpc::ServerContext* context, const v1::
   if (!told.ok()) return ToGrpc(told);
   const absl::StatusOr<storage::JournalNow> now = journal_->Now(runtime::DeadlineOf(*context));
   if (!now.ok()) return ToGrpc(now.status());
-  *response = ToProto(*row, now->newest_sequence);
+  *response = WebhookOf(*row, now->newest_sequence);
   return grpc::Status::OK;
 }
 
@@ -175,7 +175,7 @@ grpc::Status WebhookService::ListWebhooks(grpc::ServerContext* context, const v1
   const absl::StatusOr<storage::JournalNow> now = journal_->Now(runtime::DeadlineOf(*context));
   if (!now.ok()) return ToGrpc(now.status());
   if (runtime::AddPage(
-          *rows, page->size, [&](const WebhookRow& row) { return ToProto(row, now->newest_sequence); },
+          *rows, page->size, [&](const WebhookRow& row) { return WebhookOf(row, now->newest_sequence); },
           response->mutable_webhooks()))
     response->set_next_page_token(
         runtime::TokenAfterId(filters, (*rows)[static_cast<std::size_t>(page->size) - 1].webhook_id));
