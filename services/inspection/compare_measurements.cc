@@ -45,9 +45,9 @@ void Fill(const metrology::InstrumentBias& bias, const plant::v1::Characteristic
 
 }  // namespace
 
-absl::StatusOr<v1::CompareMeasurementsResponse> Compared(const plant::v1::Drawing& drawing,
-                                                         const std::vector<OurValue>& ours,
-                                                         const std::vector<storage::MeasurementRow>& theirs) {
+absl::StatusOr<v1::CompareMeasurementsResponse> ComparedMeasurements(
+    const plant::v1::Drawing& drawing, const std::vector<OurValue>& ours,
+    const std::vector<storage::MeasurementRow>& theirs) {
   const std::vector<metrology::ValuePair> pairs = PairedValues(drawing, ours, theirs);
   if (pairs.size() > kMostPairs)
     return runtime::Refuse("recorded", std::to_string(pairs.size()) + " pairs",

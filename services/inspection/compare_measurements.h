@@ -11,8 +11,8 @@
 namespace sixpoint::inspection {
 
 // Both newest first. INVALID_ARGUMENT: more pairs than an answer holds.
-absl::StatusOr<v1::CompareMeasurementsResponse> Compared(const plant::v1::Drawing& drawing,
-                                                         const std::vector<OurValue>& ours,
-                                                         const std::vector<storage::MeasurementRow>& theirs);
+absl::StatusOr<v1::CompareMeasurementsResponse> ComparedMeasurements(
+    const plant::v1::Drawing& drawing, const std::vector<OurValue>& ours,
+    const std::vector<storage::MeasurementRow>& theirs);
 
 }  // namespace sixpoint::inspection

@@ -198,7 +198,7 @@ absl::StatusOr<v1::CompareMeasurementsResponse> MeasurementService::Compare(
   const auto ours =
       ours_->Of(filter.drawing_id, drawing->revision(), {serials.begin(), serials.end()}, caller.deadline);
   if (!ours.ok()) return ours.status();
-  auto response = Compared(*drawing, *ours, *theirs);
+  auto response = ComparedMeasurements(*drawing, *ours, *theirs);
   if (!response.ok()) return response.status();
   response->set_measurement_count(static_cast<int>(theirs->size()));
   response->set_truncated(truncated);
