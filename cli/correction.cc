@@ -167,7 +167,7 @@ void AddDrawsCommand(Command* correction, Session* session) {
   });
 }
 
-std::vector<HoleBudget> BudgetsOf(const correction::v1::Correction& result) {
+std::vector<HoleBudget> CorrectedBudgets(const correction::v1::Correction& result) {
   std::vector<HoleBudget> holes;
   for (const auto& group : result.groups())
     for (const auto& hole : group.holes())
@@ -202,7 +202,7 @@ void AddCorrectionCommands(Command* app, Session* session) {
         .status();
   });
   AddBudgetCommand<CorrectionService>(correction, session, "correction", "start",
-                                      &CorrectionService::Stub::GetCorrection, BudgetsOf);
+                                      &CorrectionService::Stub::GetCorrection, CorrectedBudgets);
   AddDrawsCommand(correction, session);
   AddDecisionCommands(correction, session);
   AddFetchCommand(correction, session);

@@ -10,7 +10,7 @@ using inspection::v1::InspectionService;
 
 namespace {
 
-std::vector<HoleBudget> BudgetsOf(const inspection::v1::Inspection& result) {
+std::vector<HoleBudget> InspectedBudgets(const inspection::v1::Inspection& result) {
   std::vector<HoleBudget> holes;
   for (const auto& hole : result.holes())
     if (hole.has_position_expanded_uncertainty_um())
@@ -88,7 +88,7 @@ void AddInspectionCommands(Command* app, Session* session) {
   });
   AddDisposeCommand(inspection, session);
   AddBudgetCommand<InspectionService>(inspection, session, "inspection", "position",
-                                      &InspectionService::Stub::GetInspection, BudgetsOf);
+                                      &InspectionService::Stub::GetInspection, InspectedBudgets);
 }
 
 }  // namespace sixpoint::cli

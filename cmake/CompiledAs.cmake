@@ -20,7 +20,8 @@ set(test_headers <gmock/gmock.h> <gtest/gtest.h> <random>)
 # Two thirds of a source's time are its front end's: several of one target are read as one, and their names must differ.
 option(SIXPOINT_TOGETHER "Compile several sources of a target as one: sooner from nothing, later after a change of one" ON)
 
-# sixpoint_compiled_as(NAME OPTIMISATION TOGETHER HEADER...): TOGETHER is how many sources are read as one
+# sixpoint_compiled_as(NAME OPTIMISATION TOGETHER HEADER...): TOGETHER is how many sources are read as one;
+# a folder whose sources are long sets NAME_together for itself
 function(sixpoint_compiled_as name optimisation together)
   add_library(${name} OBJECT ${CMAKE_SOURCE_DIR}/cmake/precompiled.cc)
   target_precompile_headers(${name} PRIVATE ${ARGN})
@@ -39,8 +40,9 @@ sixpoint_compiled_as(cli -O1 8 ${standard_headers} ${eigen_headers} ${grpc_heade
 
 # Settings of one target; the functions in SixpointTargets.cmake call it.
 function(sixpoint_compile target)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${SIXPOINT_TOGETHER}
-    UNITY_BUILD_BATCH_SIZE ${${SIXPOINT_COMPILED_AS}_together})
+  if(SIXPOINT_TOGETHER AND ${SIXPOINT_COMPILED_AS}_together GREATER 1)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${${SIXPOINT_COMPILED_AS}_together})
+  endif()
   target_precompile_headers(${target} REUSE_FROM ${SIXPOINT_COMPILED_AS})
   target_compile_options(${target} PRIVATE ${${SIXPOINT_COMPILED_AS}_optimisation})
 endfunction()

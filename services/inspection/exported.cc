@@ -11,7 +11,6 @@
 namespace sixpoint::inspection {
 namespace {
 
-using exchange::Characteristic;
 using exchange::MeasuredValue;
 
 // What all results have in common.
@@ -50,13 +49,13 @@ exchange::InspectedPart Begun(const Row& row, const std::string& result, const p
   return part;
 }
 
-void Add(Characteristic characteristic, MeasuredValue value, exchange::InspectedPart* part) {
+void Add(exchange::Characteristic characteristic, MeasuredValue value, exchange::InspectedPart* part) {
   part->characteristics.push_back(std::move(characteristic));
   part->values.push_back(std::move(value));
 }
 
-Characteristic::Kind ExportedKindOf(const storage::CharacteristicFindingRow& finding) {
-  using Kind = Characteristic::Kind;
+exchange::Characteristic::Kind ExportedKindOf(const storage::CharacteristicFindingRow& finding) {
+  using Kind = exchange::Characteristic::Kind;
   if (finding.unit == "RATIO") return Kind::kRatio;
   if (finding.quantity == "HOLE_INCLINATION") return Kind::kInclination;
   if (finding.unit == "DEG") return Kind::kAngle;
@@ -69,7 +68,7 @@ void AddFinding(const storage::CharacteristicFindingRow& finding, exchange::Insp
   const auto scaled = [&](const std::optional<double>& number) {
     return number ? std::optional<double>(scale * *number) : std::nullopt;
   };
-  Characteristic characteristic;
+  exchange::Characteristic characteristic;
   characteristic.name = finding.characteristic + (finding.feature.empty() ? "" : "/" + finding.feature);
   characteristic.kind = ExportedKindOf(finding);
   characteristic.unit = finding.unit == "RATIO" ? "1" : finding.unit == "DEG" ? "deg" : "mm";
@@ -86,7 +85,8 @@ void AddFinding(const storage::CharacteristicFindingRow& finding, exchange::Insp
     // As a zone about the CAD has it: the greatest distance.
     const bool about_the_cad =
         characteristic.lower && characteristic.upper && *characteristic.lower == -*characteristic.upper;
-    if (characteristic.kind == Characteristic::Kind::kProfile && about_the_cad) value.value = std::abs(*value.value);
+    if (characteristic.kind == exchange::Characteristic::Kind::kProfile && about_the_cad)
+      value.value = std::abs(*value.value);
   }
   Add(std::move(characteristic), std::move(value), part);
 }
@@ -105,10 +105,11 @@ exchange::InspectedPart Exported(const storage::InspectionRow& row, const plant:
   exchange::InspectedPart part = Begun(row, runtime::NameOf("inspections", row.inspection_id), machine);
   for (const storage::InspectionHoleRow& hole : row.holes) {
     const std::string name = hole.group_name + "/" + hole.hole_name;
-    Characteristic position{name + "/position",        Characteristic::Kind::kPosition, "mm", 0, {},
-                            hole.position_tolerance_mm};
-    Characteristic inclination{name + "/inclination",         Characteristic::Kind::kInclination, "deg", 0, {},
-                               hole.inclination_tolerance_deg};
+    exchange::Characteristic position{name + "/position",        exchange::Characteristic::Kind::kPosition, "mm", 0, {},
+                                      hole.position_tolerance_mm};
+    exchange::Characteristic inclination{
+        name + "/inclination",         exchange::Characteristic::Kind::kInclination, "deg", 0, {},
+        hole.inclination_tolerance_deg};
     MeasuredValue at, leaning;
     at.verdict = FileVerdictOf(hole.position_verdict);
     leaning.verdict = FileVerdictOf(hole.inclination_verdict);
@@ -130,8 +131,8 @@ std::optional<exchange::InspectedPart> Exported(const storage::DeviationMapRow& 
   if (row.profiles.empty()) return std::nullopt;
   exchange::InspectedPart part = Begun(row, runtime::NameOf("deviations", row.deviation_id), machine);
   for (const storage::DeviationProfileRow& profile : row.profiles) {
-    Characteristic characteristic{profile.characteristic, Characteristic::Kind::kProfile, "mm", 0, profile.lower_mm,
-                                  profile.upper_mm};
+    exchange::Characteristic characteristic{
+        profile.characteristic, exchange::Characteristic::Kind::kProfile, "mm", 0, profile.lower_mm, profile.upper_mm};
     MeasuredValue value;
     value.verdict = FileVerdictOf(profile.verdict);
     value.reason = profile.reason;

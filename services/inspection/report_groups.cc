@@ -10,11 +10,10 @@
 namespace sixpoint::inspection {
 namespace {
 
-using report::Characteristic;
 using report::Verdict;
 
-void Add(const std::string& name, const std::string& fit_state, const std::string& rule, Characteristic characteristic,
-         CharacteristicGroups* groups) {
+void Add(const std::string& name, const std::string& fit_state, const std::string& rule,
+         report::Characteristic characteristic, CharacteristicGroups* groups) {
   auto group = std::find_if(groups->begin(), groups->end(), [&](const report::CharacteristicGroup& one) {
     return one.name == name && one.fit_state == fit_state && one.rule == rule;
   });
@@ -23,14 +22,15 @@ void Add(const std::string& name, const std::string& fit_state, const std::strin
 }
 
 // Of what is not measured no number is told, whatever was seen of it.
-void SetValue(bool has_value, double value, bool has_uncertainty, double expanded_uncertainty, Characteristic* out) {
+void SetValue(bool has_value, double value, bool has_uncertainty, double expanded_uncertainty,
+              report::Characteristic* out) {
   if (!has_value || (out->judged && out->verdict == Verdict::kNotMeasured)) return;
   out->value = value;
   if (has_uncertainty) out->expanded_uncertainty = expanded_uncertainty;
 }
 
-Characteristic PositionOf(const v1::HoleResult& hole, const std::string& name) {
-  Characteristic position;
+report::Characteristic PositionOf(const v1::HoleResult& hole, const std::string& name) {
+  report::Characteristic position;
   position.id = name + "/position";
   position.unit = "mm";
   position.nominal = 0;
@@ -42,8 +42,8 @@ Characteristic PositionOf(const v1::HoleResult& hole, const std::string& name) {
   return position;
 }
 
-Characteristic InclinationOf(const v1::HoleResult& hole, const std::string& name) {
-  Characteristic inclination;
+report::Characteristic InclinationOf(const v1::HoleResult& hole, const std::string& name) {
+  report::Characteristic inclination;
   inclination.id = name + "/inclination";
   inclination.unit = "deg";
   inclination.nominal = 0;
@@ -55,8 +55,8 @@ Characteristic InclinationOf(const v1::HoleResult& hole, const std::string& name
   return inclination;
 }
 
-Characteristic DiameterOf(const v1::HoleResult& hole, const std::string& name) {
-  Characteristic diameter;
+report::Characteristic DiameterOf(const v1::HoleResult& hole, const std::string& name) {
+  report::Characteristic diameter;
   diameter.id = name + "/diameter";
   diameter.unit = "mm";
   diameter.judged = false;
@@ -66,8 +66,8 @@ Characteristic DiameterOf(const v1::HoleResult& hole, const std::string& name) {
   return diameter;
 }
 
-Characteristic PitchOf(const v1::HolePitch& of) {
-  Characteristic pitch;
+report::Characteristic PitchOf(const v1::HolePitch& of) {
+  report::Characteristic pitch;
   pitch.id = of.group() + "/" + of.from() + " to " + of.to();
   pitch.unit = "mm";
   pitch.judged = false;
@@ -78,9 +78,9 @@ Characteristic PitchOf(const v1::HolePitch& of) {
   return pitch;
 }
 
-Characteristic ProfileOf(const v1::ProfileFinding& finding) {
+report::Characteristic ProfileOf(const v1::ProfileFinding& finding) {
   const v1::ProfileTolerance& tolerance = finding.tolerance();
-  Characteristic profile;
+  report::Characteristic profile;
   profile.id = tolerance.characteristic();
   profile.requirement = std::string(tolerance.zone() == v1::PROFILE_ZONE_FORM ? "form of " : "form and location of ") +
                         (tolerance.region().empty() ? "the surface" : tolerance.region());
@@ -113,8 +113,8 @@ std::string SourceOf(const v1::OtherValue& other, const std::vector<v1::Measurem
   return state.empty() ? other.result() : "after " + state + ", " + other.result();
 }
 
-Characteristic WithOthers(Characteristic characteristic, const v1::CharacteristicFinding& finding,
-                          const std::vector<v1::Measurement>& measurements) {
+report::Characteristic WithOthers(report::Characteristic characteristic, const v1::CharacteristicFinding& finding,
+                                  const std::vector<v1::Measurement>& measurements) {
   for (const v1::OtherValue& of : finding.others()) {
     report::OtherValue& other = characteristic.others.emplace_back();
     other.source = SourceOf(of, measurements);
@@ -177,8 +177,9 @@ Balloons BalloonsOf(const plant::v1::Drawing& drawing) {
   return balloons;
 }
 
-Characteristic CharacteristicOf(const v1::CharacteristicFinding& finding, const plant::v1::Characteristic* drawn) {
-  Characteristic out;
+report::Characteristic CharacteristicOf(const v1::CharacteristicFinding& finding,
+                                        const plant::v1::Characteristic* drawn) {
+  report::Characteristic out;
   out.id =
       finding.characteristic() + (finding.feature().empty() ? "" : " " + finding.feature()) + ": " + finding.name();
   if (drawn != nullptr) {

@@ -197,7 +197,7 @@ TEST_F(RenewTest, IsRefusedWhereTheListCannotBeRead) {
 }
 
 TEST_F(RenewTest, LosesNothingOfThreeThreads) {
-  constexpr std::size_t kEach_count = 20;
+  constexpr std::size_t kRenewed_count = 20;
   std::atomic<int> wrong_count{0};
   std::vector<std::thread> threads;
   for (const std::string who : {"machines/a", "machines/b", "machines/c"})
@@ -205,7 +205,7 @@ TEST_F(RenewTest, LosesNothingOfThreeThreads) {
       auto authority = Authority::Open(plant_.folder());
       const auto first = authority.ok() ? authority->Issue(WishOf(who)) : authority.status();
       std::string serial = first.ok() ? testing::SerialOf(*first) : "";
-      for (std::size_t i = 0; i < kEach_count && !serial.empty(); ++i) {
+      for (std::size_t i = 0; i < kRenewed_count && !serial.empty(); ++i) {
         const auto pem = authority->Renew(serial, kRenewalTime);
         if (pem.ok() && !authority->Revoke(serial).ok()) ++wrong_count;
         serial = pem.ok() ? SerialOfPem(*pem) : "";
@@ -221,8 +221,8 @@ TEST_F(RenewTest, LosesNothingOfThreeThreads) {
     keys.insert(one.public_key_sha256);
     revoked_count += one.revoked_at.has_value() ? 1 : 0;
   }
-  EXPECT_EQ(issued.size(), 3 * (kEach_count + 1));
-  EXPECT_EQ(revoked_count, 3 * kEach_count);
+  EXPECT_EQ(issued.size(), 3 * (kRenewed_count + 1));
+  EXPECT_EQ(revoked_count, 3 * kRenewed_count);
   EXPECT_EQ(keys.size(), 3U);
 }
 
