@@ -1,6 +1,5 @@
 #include "bench/ingest/upload_stream.h"
 
-#define OPENSSL_SUPPRESS_DEPRECATED  // SHA256_CTX can be copied half-way without an allocation
 #include <openssl/sha.h>
 
 #include <chrono>
@@ -45,6 +44,10 @@ grpc::ByteBuffer FrameOf(const ingest::v1::ScanEnd& end) {
   return FrameOf(request.SerializeAsString());
 }
 
+// SHA256_CTX, deprecated, can be copied half-way without an allocation.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+
 BlockTemplate::BlockTemplate(const std::string& payload, int point_count)
     : body_(payload.substr(0, payload.size() - kTailBytes)),
       tail_(payload.substr(payload.size() - kTailBytes)),
@@ -82,6 +85,8 @@ BlockTemplate::Block BlockTemplate::Make(int index, std::uint32_t variant) const
   block.frame = grpc::ByteBuffer(slices, 3);
   return block;
 }
+
+#pragma GCC diagnostic pop
 
 std::shared_ptr<grpc::Channel> OwnConnection(const Endpoint& endpoint) {
   grpc::ChannelArguments arguments;
