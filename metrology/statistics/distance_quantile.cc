@@ -5,10 +5,10 @@
 #include <array>
 #include <cmath>
 
-#include "metrology/frames/angles.h"
-
 namespace sixpoint::metrology {
 namespace {
+
+constexpr double kPi = 3.14159265358979323846;
 
 Eigen::Vector3d VariancesDescending(const Eigen::Matrix3d& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver((covariance + covariance.transpose()) / 2,
