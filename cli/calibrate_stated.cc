@@ -9,6 +9,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "services/runtime/time_proto.h"
+#include "services/runtime/units.h"
 #include "sixpoint/calibration/v1/calibration.grpc.pb.h"
 
 namespace sixpoint::cli {
@@ -25,12 +26,11 @@ struct StatedArguments {
 };
 
 absl::Status CalibrateStated(Session* session, const StatedArguments& arguments) {
-  constexpr double kRadPerDeg = M_PI / 180;
   const auto t_sm_mm = ThreeOf("--t-sm-mm", arguments.t_sm_mm, "X,Y,Z");
   if (!t_sm_mm.ok()) return t_sm_mm.status();
   const auto angles_deg = ThreeOf("--angles-deg", arguments.angles_deg, "ALPHA,BETA,GAMMA");
   if (!angles_deg.ok()) return angles_deg.status();
-  const Eigen::Vector3d angles = kRadPerDeg * Eigen::Vector3d(angles_deg->data());
+  const Eigen::Vector3d angles = runtime::kRadPerDeg * Eigen::Vector3d(angles_deg->data());
   Eigen::Isometry3d machine_from_sensor = Eigen::Isometry3d::Identity();
   machine_from_sensor.linear() = metrology::RotationFromCardan({angles.x(), angles.y(), angles.z()});
   machine_from_sensor.translation() = Eigen::Vector3d(t_sm_mm->data());

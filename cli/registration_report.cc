@@ -5,14 +5,13 @@
 #include "cli/number_format.h"
 #include "cli/output.h"
 #include "cli/reports.h"
+#include "services/runtime/units.h"
 
 namespace sixpoint::cli {
 namespace {
 
 using registration::v1::Evidence;
 using registration::v1::Registration;
-
-constexpr double kDegPerRad = 180 / 3.14159265358979323846;
 
 std::string Vector(const geometry::v1::Direction& d) {
   return Fixed(d.x(), 3) + ", " + Fixed(d.y(), 3) + ", " + Fixed(d.z(), 3);
@@ -37,8 +36,8 @@ std::string PoseText(const Registration& registration) {
   for (int k = 0; k < 3; ++k)
     sigmas.AddRow({std::string("machine ") + "XYZ"[k], FixedOrTiny(1e3 * sigma(registration.covariance(), 3 + k), 3),
                    FixedOrTiny(1e3 * sigma(registration.noise_covariance(), 3 + k), 3),
-                   FixedOrTiny(kDegPerRad * sigma(registration.covariance(), k), 6),
-                   FixedOrTiny(kDegPerRad * sigma(registration.noise_covariance(), k), 6)});
+                   FixedOrTiny(runtime::kDegPerRad * sigma(registration.covariance(), k), 6),
+                   FixedOrTiny(runtime::kDegPerRad * sigma(registration.noise_covariance(), k), 6)});
   return text + sigmas.ToText() + "about " + PointText(registration.covariance().reference_mm(), 3) + " mm\n";
 }
 

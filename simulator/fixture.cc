@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::simulator {
@@ -17,7 +18,7 @@ constexpr double kTurn_deg = 20;
 std::vector<DesignedStation> UsualStations(const DesignedPart& part) {
   Eigen::Isometry3d right = Eigen::Isometry3d::Identity();
   right.translate(Eigen::Vector3d(0, 0, part.airfoil.span_mm + kBetween_mm));
-  right.rotate(Eigen::AngleAxisd(kTurn_deg * M_PI / 180, Eigen::Vector3d::UnitZ()));
+  right.rotate(Eigen::AngleAxisd(kTurn_deg * metrology::kPi / 180, Eigen::Vector3d::UnitZ()));
   return {{kLeftStation, part.zero_from_part_nominal}, {kRightStation, part.zero_from_part_nominal * right}};
 }
 

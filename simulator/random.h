@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::simulator {
 
 class Random {
@@ -32,7 +34,7 @@ class Random {
   // Standard normal, by Box and Muller.
   double Gaussian() {
     const double radius = std::sqrt(-2 * std::log(Uniform()));
-    return radius * std::cos(2 * 3.14159265358979323846 * Uniform());
+    return radius * std::cos(2 * metrology::kPi * Uniform());
   }
   Eigen::Vector3d GaussianVector() {
     const double x = Gaussian(), y = Gaussian(), z = Gaussian();

@@ -64,7 +64,7 @@ absl::Status InsertAxis(Transaction& transaction, const std::string& id, const A
   params.Real(a.least_detectable_deg).Reals(Pair(a.greatest_error)).Real(a.greatest_error_at_deg);
   params.Bool(a.greatest_error_forward).Reals(Pair(a.standard_uncertainty));
   params.Reals(Pair(a.compensated_standard_uncertainty)).Reals(Pair(a.noise)).Real(a.table_standard_uncertainty_deg);
-  a.beyond_limits_count ? params.Int(*a.beyond_limits_count) : params.Null();
+  params.OptionalInt(a.beyond_limits_count);
   return transaction.Execute(kInsertAxis, params).status();
 }
 

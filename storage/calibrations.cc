@@ -107,7 +107,7 @@ absl::Status InsertSensor(Transaction& transaction, const std::string& id, const
   params.Real(sensor.gamma_standard_uncertainty_deg);
   params.OptionalReal(sensor.noise_um).OptionalReal(sensor.touch_rms_um).OptionalReal(sensor.residual_rms_um);
   params.OptionalReal(sensor.condition_number);
-  sensor.points_used ? params.Int(*sensor.points_used) : params.Null();
+  params.OptionalInt(sensor.points_used);
   sensor.field_response.empty() ? params.Null() : params.Reals(sensor.field_response);
   params.OptionalText(sensor.arm_series).OptionalReal(sensor.degrees_of_freedom);
   params.OptionalText(sensor.sensor_serial_number).OptionalText(sensor.travel);

@@ -158,7 +158,7 @@ class PostgresCorrectionEvents final : public CorrectionEventStore {
       }
       Params params;
       params.Uuid(id).Texts(groups).Texts(holes);
-      report.cut_at.has_value() ? params.Time(*report.cut_at) : params.Null();
+      params.OptionalTime(report.cut_at);
       const auto inserted = transaction.Execute(kInsertCuts, params.Uuid(record_id));
       if (!inserted.ok()) return Meanwhile(inserted.status(), id);
       RecordEntry entry = EntryOf("cut", "cuts/" + record_id, *correction, report.requested_by, report.software_version,

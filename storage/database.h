@@ -40,6 +40,8 @@ class Params {
   Params& Time(Instant value);
   Params& Bytes(std::string_view value);
   Params& Reals(const std::vector<double>& values);                         // double precision[]
+  Params& OptionalInt(std::optional<std::int64_t> value);                   // NULL where there is none
+  Params& OptionalTime(std::optional<Instant> value);                       // NULL where there is none
   Params& OptionalReal(std::optional<double> value);                        // NULL where there is none
   Params& OptionalReals(const std::vector<std::optional<double>>& values);  // NULL where there is none
   Params& Texts(const std::vector<std::string>& values);                    // text[]
@@ -47,8 +49,9 @@ class Params {
   Params& Digests(const std::vector<std::string>& hex);                     // bytea[]
   // uuid. A text that is none is an id that nothing has: the nil UUID.
   Params& Uuid(std::string_view id);
-  Params& OptionalUuid(std::string_view id);    // NULL where empty
-  Params& OptionalText(std::string_view text);  // NULL of an empty one
+  Params& OptionalUuid(std::string_view id);                   // NULL where empty
+  Params& OptionalText(std::string_view text);                 // NULL of an empty one
+  Params& TextOrNull(const std::optional<std::string>& text);  // NULL where there is none; it may be empty
   Params& Uuids(const std::vector<std::string>& ids);
   Params& Json(std::string_view value) { return Text(value); }  // cast in the SQL: $n::jsonb
   Params& Null();

@@ -173,7 +173,7 @@ Params HoldParams(const std::string& id, std::size_t index, const Reconstruction
   params.Uuid(id).Int(static_cast<std::int64_t>(index)).Int(hold.region_index).Text(hold.limit_kind);
   params.Bool(hold.upper).Real(hold.limit_mm).Real(hold.share).Reals(ListOf(hold.place_in_part_mm));
   params.Reals(ListOf(hold.normal_in_part));
-  return hold.patch ? params.Int(*hold.patch) : params.Null();
+  return params.OptionalInt(hold.patch);
 }
 
 ReconstructionHoldRow ReadHold(const Rows& rows, int row) {

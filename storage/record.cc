@@ -6,7 +6,6 @@
 
 #include "storage/clearances.h"
 #include "storage/entries.h"
-#include "storage/optional_text.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -81,16 +80,16 @@ absl::StatusOr<Recorded> AppendRecord(Transaction& transaction, const std::strin
     if (std::find(inputs.begin(), inputs.end(), input) == inputs.end()) inputs.push_back(input);
   Params params;
   params.Uuid(record_id).Text(entry.name).Text(entry.kind);
-  AddOptionalText(entry.blade, &params);
-  AddOptionalText(entry.machine, &params);
+  params.TextOrNull(entry.blade);
+  params.TextOrNull(entry.machine);
   params.Text(entry.method).Text(entry.software_version).Text(entry.requested_by);
-  entry.measured_at ? params.Time(*entry.measured_at) : params.Null();
+  params.OptionalTime(entry.measured_at);
   params.Json(entry.summary_json).Texts(inputs);
   if (entry.request && !entry.request->request_id.empty())
     params.Text(entry.request->call).Text(entry.request->request_id).Digest(entry.request->sha256);
   else
     params.Null().Null().Null();
-  AddOptionalText(TraceOf(entry), &params);
+  params.TextOrNull(TraceOf(entry));
   params.OptionalText(entry.work_order).OptionalText(entry.operation);
   const absl::StatusOr<Rows> rows = transaction.Execute(kAppend, params);
   if (!rows.ok()) return rows.status();

@@ -89,7 +89,7 @@ Params RegistrationParams(const RegistrationRow& row) {
   params.Bool(row.for_inspection);
   params.OptionalText(row.clamping).OptionalReal(row.thermal_stretch);
   row.sensor_calibration_asked ? params.Bool(true) : params.Null();
-  row.scans_received_at ? params.Time(*row.scans_received_at) : params.Null();
+  params.OptionalTime(row.scans_received_at);
   params.OptionalText(row.computed_on).OptionalText(row.station);
   params.Json(row.options_json).Json(row.detail_json);
   return params;

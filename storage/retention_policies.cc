@@ -53,7 +53,7 @@ absl::StatusOr<RetentionPolicy> SetRetentionPolicy(Transaction& transaction, Ret
   const std::string record_id = NewUuid();
   Params params;
   params.Text(policy.scan_kind).Int(policy.revision);
-  policy.keep_days ? params.Int(*policy.keep_days) : params.Null();
+  params.OptionalInt(policy.keep_days);
   params.Text(policy.requested_by).Uuid(record_id);
   if (const auto inserted = transaction.Execute(kInsertPolicy, params); !inserted.ok()) return inserted.status();
   const absl::StatusOr<Recorded> recorded = AppendRecord(transaction, record_id, entry);

@@ -54,7 +54,7 @@ absl::StatusOr<std::optional<ScanUploadRow>> FindUpload(Transaction& transaction
 absl::Status BeginUpload(Transaction& transaction, const ScanUploadRow& upload) {
   Params params;
   params.Text(upload.scan_id).Bytes(upload.header).Int(upload.machine_revision);
-  upload.artefact_revision ? params.Int(*upload.artefact_revision) : params.Null();
+  params.OptionalInt(upload.artefact_revision);
   return transaction.Execute(kInsertUpload, params).status();
 }
 

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "storage/clearances.h"
-#include "storage/optional_text.h"
 #include "storage/scan_keys.h"
 
 namespace sixpoint::storage {
@@ -100,13 +99,13 @@ ScanRow ReadScan(const Rows& rows, int row) {
 Params ScanParams(const ScanRow& scan, const std::string& scan_key) {
   Params params;
   params.Text(scan.scan_id).Text(scan.machine_id).Int(scan.machine_revision);
-  AddOptionalText(scan.artefact_id, &params);
+  params.TextOrNull(scan.artefact_id);
   scan.artefact_id ? params.Int(scan.artefact_revision) : params.Null();
-  AddOptionalText(scan.blade_serial, &params);
+  params.TextOrNull(scan.blade_serial);
   params.Text(scan.kind).Real(scan.v0_mm[0]).Real(scan.v0_mm[1]).Real(scan.v0_mm[2]);
   params.Real(scan.a_deg).Real(scan.b_deg).Real(scan.profile_pitch_mm).Int(scan.columns_per_profile);
   params.Int(scan.point_count).Text(scan.encoding).Real(scan.sender_error_um).Real(scan.error_bound_um);
-  scan.measured_at ? params.Time(*scan.measured_at) : params.Null();
+  params.OptionalTime(scan.measured_at);
   params.Int(scan.block_count).Int(scan.stored_bytes).Digest(scan.stored_sha256).Digest(scan.sent_sha256);
   params.Real(scan.proven_error_um).Text(scan.stored_encoding);
   scan.profile_count > 0 ? params.Int(scan.profile_count) : params.Null();

@@ -177,6 +177,8 @@ std::string ArrayText(const std::vector<double>& values) {
   return text.empty() ? text : text + "}";
 }
 Params& Params::Reals(const std::vector<double>& values) { return Text(values.empty() ? "{}" : ArrayText(values)); }
+Params& Params::OptionalInt(std::optional<std::int64_t> value) { return value ? Int(*value) : Null(); }
+Params& Params::OptionalTime(std::optional<Instant> value) { return value ? Time(*value) : Null(); }
 Params& Params::OptionalReal(std::optional<double> value) { return value ? Real(*value) : Null(); }
 
 Params& Params::OptionalReals(const std::vector<std::optional<double>>& values) {
@@ -196,6 +198,7 @@ Params& Params::Digests(const std::vector<std::string>& hex) {
 }
 Params& Params::Uuid(std::string_view id) { return Text(IsUuid(id) ? id : kNilUuid); }
 Params& Params::OptionalUuid(std::string_view id) { return id.empty() ? Null() : Uuid(id); }
+Params& Params::TextOrNull(const std::optional<std::string>& text) { return text ? Text(*text) : Null(); }
 Params& Params::OptionalText(std::string_view text) { return text.empty() ? Null() : Text(text); }
 Params& Params::Uuids(const std::vector<std::string>& ids) {
   std::vector<std::string> known;

@@ -66,10 +66,6 @@ bool IsSame(const EventFilter& a, const EventFilter& b) {
          a.part_id == b.part_id && a.verdicts == b.verdicts;
 }
 
-void AddOptionalTime(Params* params, const std::optional<Instant>& moment) {
-  moment ? params->Time(*moment) : params->Null();
-}
-
 }  // namespace
 
 absl::StatusOr<WebhookRow> InsertWebhook(Transaction& transaction, const WebhookRow& row) {
@@ -129,8 +125,8 @@ absl::StatusOr<std::vector<WebhookRow>> ListWebhooks(Transaction& transaction, b
 absl::Status SaveDelivery(Transaction& transaction, const std::string& webhook_id, const WebhookDelivery& delivery) {
   Params params;
   params.Text(webhook_id).Int(delivery.looked_at_sequence).Int(delivery.delivered_sequence);
-  AddOptionalTime(&params, delivery.delivered_at);
-  AddOptionalTime(&params, delivery.failing_since);
+  params.OptionalTime(delivery.delivered_at);
+  params.OptionalTime(delivery.failing_since);
   params.Int(delivery.failure_count).Text(delivery.last_failure);
   return transaction.Execute(kSave, params).status();
 }

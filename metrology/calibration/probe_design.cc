@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "metrology/frames/angles.h"
 #include "metrology/linear_algebra/singular_values.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
@@ -48,8 +49,8 @@ absl::Status CheckOptions(const ProbeOptions& options) {
       options.greatest_displacement_mm > kFarthestMm)
     return Refuse("greatest_displacement_mm", Rounded(options.greatest_displacement_mm),
                   "at least 0.01 mm more than least_displacement_mm");
-  if (!within(options.greatest_approach_angle_rad, M_PI / 180, M_PI / 2))
-    return Refuse("greatest_approach_angle_deg", Rounded(options.greatest_approach_angle_rad * 180 / M_PI), "1 to 90");
+  if (!within(options.greatest_approach_angle_rad, kPi / 180, kPi / 2))
+    return Refuse("greatest_approach_angle_deg", Rounded(options.greatest_approach_angle_rad * 180 / kPi), "1 to 90");
   return absl::OkStatus();
 }
 

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "metrology/frames/angles.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
@@ -148,9 +149,8 @@ Values ValuesOf(const NcTarget& target, const std::array<std::string, 5>& words,
 // Where the transformation is on: the point and the direction on the part that it brings to the target.
 Values PartValuesOf(const NcTarget& target, const std::array<std::string, 5>& words,
                     const std::array<double, 5>& offset, const RotaryAxes& transformation) {
-  constexpr double kRad = 3.14159265358979323846 / 180;
   const Eigen::Isometry3d part_from_machine =
-      transformation.MachineFromZero(target.a_deg * kRad, target.b_deg * kRad).inverse();
+      transformation.MachineFromZero(target.a_deg * kRadPerDeg, target.b_deg * kRadPerDeg).inverse();
   const Eigen::Vector3d point_mm = part_from_machine * Eigen::Vector3d(target.x_mm, target.y_mm, target.z_mm);
   const Eigen::Vector3d direction = part_from_machine.linear().col(2);
   return {{words[0], point_mm.x() - offset[0]},

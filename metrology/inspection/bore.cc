@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "metrology/frames/angles.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/statistics/ranks.h"
 
@@ -22,7 +23,7 @@ std::vector<std::size_t> NearWall(const NominalPin& hole, const Points& points_i
   std::vector<std::pair<int, double>> at;
   for (const Eigen::Vector3d& point : points_in_part_mm) {
     const Eigen::Vector2d from = across.transpose() * (point - hole.start_mm);
-    const double turn = (std::atan2(from.y(), from.x()) / (2 * 3.14159265358979323846) + 0.5) * kCells;
+    const double turn = (std::atan2(from.y(), from.x()) / kTurn_rad + 0.5) * kCells;
     at.emplace_back(std::clamp(static_cast<int>(turn), 0, kCells - 1), from.norm());
     away[static_cast<std::size_t>(at.back().first)].push_back(at.back().second);
   }

@@ -4,13 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kUpright_rad =
-    5 * 3.14159265358979323846 / 180;  // nearer the normal an axis points nowhere along the surface
+constexpr double kUpright_rad = 5 * kPi / 180;  // nearer the normal an axis points nowhere along the surface
 
 double AngleBetween(const Vector3d& one, const Vector3d& other) {
   return std::atan2(one.cross(other).norm(), std::abs(one.dot(other)));
@@ -37,7 +38,7 @@ SurfaceUncertainty InStatedPositioning(const SurfaceDirections& directions, cons
   // Which cause weighs how much goes with the direction, and the degrees of freedom with it.
   constexpr int kDirections = 36;
   for (int i = 0; i < kDirections; ++i) {
-    const double angle = 3.14159265358979323846 * i / kDirections;
+    const double angle = kPi * i / kDirections;
     const Eigen::RowVector2d towards(std::cos(angle), std::sin(angle));
     const double variance_mm2 = towards * uncertainty.covariance_mm2 * towards.transpose();
     const StatedLength length = StateLength(0, EffectsOf(towards * per_parameter, hole.sources, hole.index));

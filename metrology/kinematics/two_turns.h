@@ -10,14 +10,16 @@
 #include <limits>
 #include <optional>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 
 // A direction nearer than this to an axis is singular for it: the angle is then free, or as good as free (an error of the direction is
 // multiplied by more than a thousand in it). Axes nearer to each other are taken as parallel.
 inline constexpr double kSingularAngle_rad = 1e-3;
 // Nearer than this to an axis, and where its angle would have to go farther than that from `near`, the angles may leave a tilt instead.
-inline constexpr double kNearSingular_rad = 5 * 3.14159265358979323846 / 180;
-inline constexpr double kLongSwing_rad = 3 * 3.14159265358979323846 / 180;
+inline constexpr double kNearSingular_rad = 5 * kPi / 180;
+inline constexpr double kLongSwing_rad = 3 * kPi / 180;
 // A direction this near to an axis is along it: whatever the angle is, it leaves no more tilt.
 inline constexpr double kAlongAxis_rad = 1e-10;
 // Rounding of a direction: what misses by no more is reached.

@@ -7,6 +7,7 @@
 #include <functional>
 #include <vector>
 
+#include "metrology/frames/angles.h"
 #include "metrology/kinematics/chain_solver.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/measuring_plan/rotary_poses.h"
@@ -19,7 +20,7 @@ namespace sixpoint::metrology {
 struct PlanOptions {
   double coverage = 0.95;  // of the area of each region: where it is reached, no further portion is added
   // Between the beam and the surface's normal.
-  double greatest_incidence_rad = 60 * 3.14159265358979323846 / 180;
+  double greatest_incidence_rad = 60 * kPi / 180;
   // How far a part may stand from where it is planned to: so far within the field's borders it is seen, so much longer are sweeps, and so much wider
   // is the clearance.
   double margin_mm = 1.5;

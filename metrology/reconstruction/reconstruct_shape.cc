@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "metrology/reconstruction/check_reconstruction.h"
 #include "metrology/reconstruction/shape_proof.h"
 #include "metrology/reconstruction/shape_words.h"
@@ -23,8 +24,7 @@ constexpr double kFarFromKept = 10;  // times the slack that margins cover: no f
 constexpr double kGains = 0.5;       // of the slack: less is left where firmness takes it away
 // Free of all limits, fixed surface that is missed by so much more than it may be wants a finer lattice, whatever the limits do.
 constexpr double kHopeless = 10;
-constexpr int kMostHalves = 3;  // of a way that misses more than where it began
-constexpr int kMostNarrowed = 4;
+constexpr int kMostNarrowed = 4, kMostHalves = 3;  // halves: of a way that misses more than where it began
 constexpr double kSlightKink = 2;  // times what is allowed: more wants a finer lattice
 constexpr double kBetter = 0.95;   // of what was lacking: three passes after another that leave more bring no end
 
@@ -259,7 +259,7 @@ class Search {
 
   absl::Status Kinks(const ShapeTransition& transition) const {
     return TooCoarse("the transition of region " + regions_[transition.kink_region].name + " kinks by " +
-                     Rounded(transition.kink_rad * 180 / M_PI) + " deg");
+                     Rounded(transition.kink_rad * 180 / kPi) + " deg");
   }
 
   absl::Status TooCoarse(const std::string& what) const {

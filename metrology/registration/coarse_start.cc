@@ -9,6 +9,7 @@
 #include <nanoflann.hpp>
 #include <random>
 
+#include "metrology/frames/angles.h"
 #include "metrology/linear_algebra/inverse.h"
 #include "metrology/parallel/keep_going.h"
 #include "metrology/parallel/loops.h"
@@ -96,7 +97,7 @@ std::vector<ScanSample> SampleScans(const std::vector<ScanPortion>& portions) {
 // Turn number i of n, evenly over all.
 Eigen::Matrix3d Turn(int i, int n) {
   const double s = i + 0.5, r = std::sqrt(s / n), rest = std::sqrt(1 - s / n);
-  const double alpha = 2 * M_PI * s / std::sqrt(2.0), beta = 2 * M_PI * s / 1.533751168755204288118041;
+  const double alpha = 2 * kPi * s / std::sqrt(2.0), beta = 2 * kPi * s / 1.533751168755204288118041;
   return Eigen::Quaterniond(rest * std::cos(beta), r * std::sin(alpha), r * std::cos(alpha), rest * std::sin(beta))
       .toRotationMatrix();
 }
@@ -254,7 +255,7 @@ absl::StatusOr<CoarseStart> FindCoarseStart(const Surface& surface, const std::v
     std::snprintf(
         text, sizeof text,
         "two poses fit as well, %.0f deg and %.1f mm apart: the scans do not tell them apart, want a scan that does",
-        turn * 180 / M_PI, between.translation().norm());
+        turn * 180 / kPi, between.translation().norm());
     start.remark = text;
     break;
   }

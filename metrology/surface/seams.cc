@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "metrology/frames/angles.h"
 #include "metrology/mesh/volume.h"
 #include "metrology/mesh/weld.h"
 #include "refusal/message_text.h"
@@ -19,8 +20,8 @@ using Eigen::Vector3d;
 
 constexpr std::uint32_t kNone = NearestTriangle::kNone;
 // Faces that meet at less than this are not a sharp edge; corner normals that differ by less belong to one smooth face.
-const double kSharpCosine = std::cos(20 * M_PI / 180);
-const double kSmoothCosine = std::cos(1 * M_PI / 180);
+const double kSharpCosine = std::cos(20 * kPi / 180);
+const double kSmoothCosine = std::cos(1 * kPi / 180);
 
 }  // namespace
 

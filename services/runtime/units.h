@@ -3,9 +3,12 @@
 
 #include <optional>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::runtime {
 
-inline constexpr double kRadPerDeg = 3.14159265358979323846 / 180, kDegPerRad = 180 / 3.14159265358979323846;
+using metrology::kDegPerRad;
+using metrology::kRadPerDeg;
 inline constexpr double kUmPerMm = 1e3, kMmPerUm = 1e-3;
 
 inline std::optional<double> In_um(const std::optional<double>& mm) {
