@@ -66,6 +66,7 @@ void AddCommands(Command* root, Session* session) {
   AddDeviationCommands(root, session);
   AddReconstructionCommands(root, session);
   AddMachiningPassCommands(root, session);
+  AddRepairCommands(root, session);
   AddSectionCommands(root, session);
   AddAssessCommand(root, session);
   AddAssessmentCommands(root, session);

@@ -16,6 +16,7 @@
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/correction/v1/machining_pass.grpc.pb.h"
 #include "sixpoint/correction/v1/reconstruction.grpc.pb.h"
+#include "sixpoint/correction/v1/repair.grpc.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
 #include "sixpoint/inspection/v1/assessment.grpc.pb.h"
@@ -65,6 +66,7 @@ absl::StatusOr<const google::protobuf::MethodDescriptor*> FindMethod(const std::
            {"correction", correction::v1::CorrectionService::service_full_name()},
            {"correction", correction::v1::ReconstructionService::service_full_name()},
            {"correction", correction::v1::MachiningPassService::service_full_name()},
+           {"correction", correction::v1::RepairService::service_full_name()},
            {"inspection", inspection::v1::InspectionService::service_full_name()},
            {"inspection", inspection::v1::DeviationService::service_full_name()},
            {"inspection", inspection::v1::AssessmentService::service_full_name()},

@@ -35,6 +35,7 @@ void AddCorrectCommand(Command* app, Session* session);
 void AddCorrectionCommands(Command* app, Session* session);
 void AddReconstructionCommands(Command* app, Session* session);
 void AddMachiningPassCommands(Command* app, Session* session);
+void AddRepairCommands(Command* app, Session* session);
 void AddInspectCommand(Command* app, Session* session);
 void AddInspectionCommands(Command* app, Session* session);
 void AddDeviationCommands(Command* app, Session* session);

@@ -19,7 +19,7 @@ using correction::v1::CorrectionService;
 
 struct CorrectArguments {
   ScansToRegister scans;
-  std::string registration, reconstruction, pass, model, template_file, out;
+  std::string registration, reconstruction, pass, repair, model, template_file, out;
   std::vector<std::string> groups, work_offsets, tools;
   bool dry_run = false;
 };
@@ -64,6 +64,7 @@ absl::StatusOr<correction::v1::CorrectRequest> RequestOf(const CorrectArguments&
   if (!arguments.reconstruction.empty())
     request.set_reconstruction(NameText("reconstructions", arguments.reconstruction));
   if (!arguments.pass.empty()) request.set_machining_pass(NameText("machining_passes", arguments.pass));
+  if (!arguments.repair.empty()) request.set_repair(NameText("repairs", arguments.repair));
   if (!arguments.template_file.empty()) {
     absl::StatusOr<std::string> nc_template = ReadFile(arguments.template_file, 1u << 20);
     if (!nc_template.ok()) return nc_template.status();
@@ -148,6 +149,9 @@ void AddCorrectCommand(Command* app, Session* session) {
   Option* pass = command->AddOption("--pass", &arguments->pass,
                                     "Machining pass of that registration: the model's paths go once more with its "
                                     "shape, commanded by what it left");
+  Option* repair = command->AddOption("--repair", &arguments->repair,
+                                      "Repair of that registration along whose laps the tool goes, as the model's one "
+                                      "path is led");
   command->AddOption("--work-offset", &arguments->work_offsets,
                      "What the control holds for a code that the template calls: G54=X,Y,Z,A,B (repeatable)");
   command->AddOption("--tool", &arguments->tools,
@@ -155,6 +159,7 @@ void AddCorrectCommand(Command* app, Session* session) {
   command->AddFlag("--dry-run", &arguments->dry_run, "Says what would be, and records nothing")->Excludes(scans.blade);
   reconstruction->Needs(registration);
   pass->Needs(registration)->Excludes(reconstruction);
+  repair->Needs(registration)->Excludes(reconstruction)->Excludes(pass);
   registration->Excludes(scans.blade);
   for (Option* other : {scans.scans, scans.method, scans.axis_tables, scans.clamping}) other->Needs(scans.blade);
   for (Option* other : scans.how) other->Needs(scans.blade);

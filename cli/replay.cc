@@ -4,6 +4,7 @@
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/correction/v1/machining_pass.grpc.pb.h"
 #include "sixpoint/correction/v1/reconstruction.grpc.pb.h"
+#include "sixpoint/correction/v1/repair.grpc.pb.h"
 #include "sixpoint/inspection/v1/assessment.grpc.pb.h"
 #include "sixpoint/inspection/v1/deviation.grpc.pb.h"
 #include "sixpoint/inspection/v1/inspection.grpc.pb.h"
@@ -17,7 +18,7 @@ using replay::v1::Replay;
 
 constexpr char kReplayed[] =
     "registrations/ID, corrections/ID, inspections/ID, deviations/ID, sections/ID, reconstructions/ID, "
-    "machining_passes/ID or assessments/ID";
+    "machining_passes/ID, repairs/ID or assessments/ID";
 
 // "SAME_BITS", "SOFTWARE": the enums' names without their prefixes.
 std::string OutcomeText(replay::v1::ReplayOutcome outcome) {
@@ -74,6 +75,9 @@ absl::StatusOr<Replay> ReplayOf(Session* session, const std::string& name) {
   if (collection == "reconstructions")
     return ReplayBy<correction::v1::ReconstructionService>(
         session, "correction", &correction::v1::ReconstructionService::Stub::ReplayReconstruction, name);
+  if (collection == "repairs")
+    return ReplayBy<correction::v1::RepairService>(session, "correction",
+                                                   &correction::v1::RepairService::Stub::ReplayRepair, name);
   if (collection == "machining_passes")
     return ReplayBy<correction::v1::MachiningPassService>(
         session, "correction", &correction::v1::MachiningPassService::Stub::ReplayMachiningPass, name);

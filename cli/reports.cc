@@ -230,6 +230,7 @@ std::string CorrectionText(const correction::v1::Correction& correction) {
   if (!correction.machining_model().empty()) text += "by " + correction.machining_model() + "\n";
   if (!correction.reconstruction().empty()) text += "on the shape of " + correction.reconstruction() + "\n";
   if (!correction.machining_pass().empty()) text += "by what " + correction.machining_pass() + " left\n";
+  if (!correction.repair().empty()) text += "along the laps of " + correction.repair() + "\n";
   if (correction.has_proof())
     text += "program proven: " + Grouped(correction.proof().pose_count()) + " poses, at most " +
             Fixed(correction.proof().greatest_difference_um(), 3) + " um and " +

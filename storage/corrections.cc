@@ -17,11 +17,13 @@ namespace {
   "envelope_translation_mm, envelope_rotation_deg, valid_until, requested_by, software_version, axes, "               \
   "nc_reader_version, nc_pose_count, nc_greatest_difference_um, nc_greatest_tilt_deg, nc_work_offset_codes, "         \
   "nc_work_offsets, nc_held_sha256, nc_tool_numbers, nc_tool_lengths_mm, registration_age_h, clamping, "              \
-  "budget_sources, computed_on, machining_model_id, machining_model_revision, reconstruction_id, machining_pass_id"
+  "budget_sources, computed_on, machining_model_id, machining_model_revision, reconstruction_id, machining_pass_id, " \
+  "repair_id"
 constexpr char kInsertCorrection[] =
     "INSERT INTO corrections (" SIXPOINT_CORRECTION_COLUMNS
     ") VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, "
-    "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27::integer[], $28, $29, $30, $31, $32, $33, $34, $35, $36)";
+    "$17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27::integer[], $28, $29, $30, $31, $32, $33, $34, $35, $36, "
+    "$37)";
 // With whose tables: the registration's are the correction's.
 #define SIXPOINT_SELECT_CORRECTIONS                                                                               \
   "SELECT " SIXPOINT_CORRECTION_COLUMNS                                                                           \
@@ -91,7 +93,7 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   correction.envelope_translation_mm = rows.Real(row, 13);
   correction.envelope_rotation_deg = rows.Real(row, 14);
   correction.valid_until = rows.Time(row, 15);
-  correction.requested_by = rows.Text(row, 42);
+  correction.requested_by = rows.Text(row, 43);
   correction.software_version = rows.Text(row, 17);
   correction.axes = rows.Texts(row, 18);
   if (!rows.IsNull(row, 19))
@@ -110,11 +112,12 @@ CorrectionRow ReadCorrection(const Rows& rows, int row) {
   if (!rows.IsNull(row, 33)) correction.machining_model_revision = static_cast<int>(rows.Int(row, 33));
   correction.reconstruction_id = rows.OptionalText(row, 34);
   correction.machining_pass_id = rows.OptionalText(row, 35);
-  correction.characterisation_ids = rows.Texts(row, 36);
-  correction.recorded = {rows.Int(row, 37), rows.Time(row, 38)};
-  correction.state = rows.Text(row, 39);
-  correction.usable_until = rows.Time(row, 40);
-  if (!rows.IsNull(row, 41)) correction.superseded_by = rows.Text(row, 41);
+  correction.repair_id = rows.OptionalText(row, 36);
+  correction.characterisation_ids = rows.Texts(row, 37);
+  correction.recorded = {rows.Int(row, 38), rows.Time(row, 39)};
+  correction.state = rows.Text(row, 40);
+  correction.usable_until = rows.Time(row, 41);
+  if (!rows.IsNull(row, 42)) correction.superseded_by = rows.Text(row, 42);
   return correction;
 }
 
@@ -155,9 +158,9 @@ Params CorrectionParams(const CorrectionRow& correction, const KeptTexts& kept) 
   correction.budget_sources.empty() ? params.Null() : params.Texts(correction.budget_sources);
   params.OptionalText(correction.computed_on).OptionalText(correction.machining_model_id);
   correction.machining_model_id.empty() ? params.Null() : params.Int(correction.machining_model_revision);
-  correction.reconstruction_id.empty() ? params.Null() : params.Uuid(correction.reconstruction_id);
-  correction.machining_pass_id.empty() ? params.Null() : params.Uuid(correction.machining_pass_id);
-  return params;
+  return params.OptionalUuid(correction.reconstruction_id)
+      .OptionalUuid(correction.machining_pass_id)
+      .OptionalUuid(correction.repair_id);
 }
 
 absl::Status InsertChecks(Transaction& transaction, const CorrectionRow& correction) {

@@ -97,6 +97,7 @@ struct CorrectionRow {
   int machining_model_revision = 0;
   std::string reconstruction_id;            // empty: its paths go as their templates
   std::string machining_pass_id;            // by what it left they are commanded; empty: by the shape alone
+  std::string repair_id;                    // along whose laps the tool goes; empty: along the model's holes and paths
   std::vector<std::string> budget_sources;  // empty: made before they were kept
   std::vector<CorrectionCheckRow> checks;
   std::vector<CorrectionGroupRow> groups;

@@ -154,7 +154,7 @@ void RunPlan(const DrawnBlade& drawn, std::size_t points, int thread_count, nloh
       metrology::Points weld;
       for (const Vector3d& point : cloud)
         if (point.z() > options.heights.cutoff_mm + 0.3) weld.push_back(point);
-      planned.stock_mm = WeldStock_mm(planned.target.sections, options.origin_mm, weld);
+      planned.stock_mm = WeldStockOf(planned.target.sections, options.origin_mm, weld).greatest_mm;
       planned.guard = GuardBelow(planned.measured, options.origin_mm, 2, kOutlineExpanded_mm);
       path = PlanPath(planned.target.sections, options.origin_mm, planned.stock_mm, planned.guard, path_options,
                       thread_count);

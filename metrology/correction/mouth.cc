@@ -19,6 +19,9 @@ namespace {
 using Eigen::Vector3d;
 using Corners = std::array<Vector3d, 3>;
 
+constexpr std::size_t kPiecesOfStretch = 16;
+constexpr double kRounding_mm = 1e-9;  // of a distance from a box beside one from a piece within it
+
 // A vertex before the longest side.
 std::size_t BeforeLongest(const Corners& corners) {
   std::size_t longest = 0;
@@ -34,22 +37,37 @@ std::size_t BeforeLongest(const Corners& corners) {
 TipLine::TipLine(Points tips_mm) : tips_mm_(std::move(tips_mm)) {
   for (const Vector3d& tip : tips_mm_) bounds_mm_.extend(tip);
   if (tips_mm_.size() == 1) tips_mm_.push_back(tips_mm_.front());
+  for (std::size_t first = 0; first + 1 < tips_mm_.size(); first += kPiecesOfStretch) {
+    Stretch& stretch = stretches_.emplace_back();
+    stretch.first = first;
+    stretch.end = std::min(first + kPiecesOfStretch, tips_mm_.size() - 1);
+    for (std::size_t i = first; i <= stretch.end; ++i) stretch.bounds_mm.extend(tips_mm_[i]);
+  }
 }
 
 double TipLine::DistanceMm(const Vector3d& point_mm) const {
   double least_mm = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i + 1 < tips_mm_.size(); ++i)
-    least_mm = std::fmin(least_mm, DistanceFromSegment(point_mm, tips_mm_[i], tips_mm_[i + 1]));
+  for (const Stretch& stretch : stretches_) {
+    if (stretch.bounds_mm.exteriorDistance(point_mm) > least_mm + kRounding_mm) continue;
+    for (std::size_t i = stretch.first; i < stretch.end; ++i)
+      least_mm = std::fmin(least_mm, DistanceFromSegment(point_mm, tips_mm_[i], tips_mm_[i + 1]));
+  }
   return least_mm;
 }
 
 // What is so near to a line is convex.
 bool TipLine::Holds(const Corners& triangle_mm, double reach_mm) const {
-  for (std::size_t i = 0; i + 1 < tips_mm_.size(); ++i)
-    if (std::all_of(triangle_mm.begin(), triangle_mm.end(), [&](const Vector3d& corner) {
-          return DistanceFromSegment(corner, tips_mm_[i], tips_mm_[i + 1]) <= reach_mm;
-        }))
-      return true;
+  for (const Stretch& stretch : stretches_) {
+    const auto is_far = [&](const Vector3d& corner) {
+      return stretch.bounds_mm.exteriorDistance(corner) > reach_mm + kRounding_mm;
+    };
+    if (std::any_of(triangle_mm.begin(), triangle_mm.end(), is_far)) continue;
+    for (std::size_t i = stretch.first; i < stretch.end; ++i)
+      if (std::all_of(triangle_mm.begin(), triangle_mm.end(), [&](const Vector3d& corner) {
+            return DistanceFromSegment(corner, tips_mm_[i], tips_mm_[i + 1]) <= reach_mm;
+          }))
+        return true;
+  }
   return false;
 }
 

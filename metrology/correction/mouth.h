@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <functional>
+#include <vector>
 
 #include "metrology/frames/pose.h"
 #include "metrology/mesh/triangle_mesh.h"
@@ -22,8 +23,14 @@ class TipLine {
   const Eigen::AlignedBox3d& bounds_mm() const { return bounds_mm_; }
 
  private:
+  // Some pieces of the line one after the other: what is far from their box is far from each of them.
+  struct Stretch {
+    std::size_t first = 0, end = 0;
+    Eigen::AlignedBox3d bounds_mm;
+  };
   Points tips_mm_;
   Eigen::AlignedBox3d bounds_mm_;
+  std::vector<Stretch> stretches_;
 };
 
 // The triangles within the box, flat, but what is no farther than the reach from the line. Those that the mouth's rim crosses are halved until they

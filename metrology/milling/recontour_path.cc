@@ -263,25 +263,48 @@ GuardedSurface GuardBelow(const std::vector<BladeSection>& measured, const Vecto
         const Vector2d point = one + part * out_mm * normal + origin_mm;
         guard.points_mm.emplace_back(point.x(), point.y(), measured[k].z_mm + part * rise_mm);
         guard.margin_mm.push_back(margin_mm);
+        guard.normals.emplace_back(normal.x(), normal.y(), 0);
       }
     }
   }
   return guard;
 }
 
-double WeldStock_mm(const std::vector<TargetSection>& target, const Vector2d& origin_mm, const Points& weld_points_mm) {
-  double stock_mm = 0;
+WeldStock WeldStockOf(const std::vector<TargetSection>& target, const Vector2d& origin_mm,
+                      const Points& weld_points_mm) {
+  constexpr double kSeen_mm = 1;
+  WeldStock stock;
+  std::vector<std::vector<bool>> seen;
+  for (const TargetSection& section : target)
+    seen.emplace_back(static_cast<std::size_t>(std::ceil(section.outline.length_mm() / kSeen_mm)), false);
+  // Outside one contour, along its normal.
+  const auto outside_mm = [&](const TargetSection& section, const Vector2d& flat, OutlinePlace* place) {
+    *place = section.outline.Nearest(flat);
+    return (flat - section.outline.PointAt(*place)).dot(section.outline.NormalAt(*place));
+  };
   for (const Vector3d& point : weld_points_mm) {
     const auto above = std::lower_bound(target.begin(), target.end(), point.z(),
                                         [](const TargetSection& section, double z) { return section.z_mm < z; });
     if (above == target.end() || (above == target.begin() && point.z() < target.front().z_mm)) continue;
-    const auto nearest =
-        above != target.begin() && point.z() - (above - 1)->z_mm < above->z_mm - point.z() ? above - 1 : above;
+    const auto below = above == target.begin() ? above : above - 1;
+    const double rise_mm = above->z_mm - below->z_mm;
+    const double part = rise_mm > 0 ? (point.z() - below->z_mm) / rise_mm : 0;
     const Vector2d flat = point.head<2>() - origin_mm;
-    const OutlinePlace place = nearest->outline.Nearest(flat);
-    stock_mm = std::max(stock_mm, (flat - nearest->outline.PointAt(place)).dot(nearest->outline.NormalAt(place)));
+    OutlinePlace low, high;
+    const double low_mm = outside_mm(*below, flat, &low), high_mm = outside_mm(*above, flat, &high);
+    stock.greatest_mm = std::max(stock.greatest_mm, (1 - part) * low_mm + part * high_mm);
+    const auto nearest = part < 0.5 ? below : above;
+    auto& pieces = seen[static_cast<std::size_t>(nearest - target.begin())];
+    const double along_mm = nearest->outline.At(part < 0.5 ? low : high);
+    pieces[std::min(pieces.size() - 1, static_cast<std::size_t>(along_mm / kSeen_mm))] = true;
   }
-  return stock_mm;
+  std::size_t seen_count = 0, count = 0;
+  for (const auto& pieces : seen) {
+    seen_count += static_cast<std::size_t>(std::count(pieces.begin(), pieces.end(), true));
+    count += pieces.size();
+  }
+  stock.seen_part = count == 0 ? 0 : static_cast<double>(seen_count) / static_cast<double>(count);
+  return stock;
 }
 
 absl::StatusOr<RecontourPath> PlanPath(const std::vector<TargetSection>& target, const Vector2d& origin_mm,

@@ -71,15 +71,20 @@ std::vector<double> PassHeights(double cutoff_mm, double target_mm, double step_
 struct GuardedSurface {
   Points points_mm;
   std::vector<double> margin_mm;
+  Points normals = {};  // of GuardBelow: outward, within the outlines' planes
 };
 // Of the measured outlines below a height, made denser between them; only what a mill above the line could reach. margin_mm: the outlines' own
 // expanded uncertainty.
 GuardedSurface GuardBelow(const std::vector<BladeSection>& measured, const Eigen::Vector2d& origin_mm, double reach_mm,
                           double margin_mm);
 
-// Greatest stock that the scanned weld has over the target, point by point along the target's normals; 0 where none stands above it.
-double WeldStock_mm(const std::vector<TargetSection>& target, const Eigen::Vector2d& origin_mm,
-                    const Points& weld_points_mm);
+// The scanned weld over the target, point by point along the target's normals.
+struct WeldStock {
+  double greatest_mm = 0;  // 0 where none stands above it
+  double seen_part = 0;    // of the target's contours, millimetre by millimetre of each: where a point lies beside it
+};
+WeldStock WeldStockOf(const std::vector<TargetSection>& target, const Eigen::Vector2d& origin_mm,
+                      const Points& weld_points_mm);
 
 // target: at the finishing passes' heights, all with as many nodes. INVALID_ARGUMENT, by name: lead or tilt beyond 75 deg, sizes that are not
 // positive, passes farther apart than the ball is thick, a mill too thick for the target's hollow side.

@@ -25,8 +25,8 @@ constexpr double kGains = 0.5;       // of the slack: less is left where firmnes
 // Free of all limits, fixed surface that is missed by so much more than it may be wants a finer lattice, whatever the limits do.
 constexpr double kHopeless = 10;
 constexpr int kMostNarrowed = 4, kMostHalves = 3;  // halves: of a way that misses more than where it began
-constexpr double kSlightKink = 2;  // times what is allowed: more wants a finer lattice
-constexpr double kBetter = 0.95;   // of what was lacking: three passes after another that leave more bring no end
+constexpr double kSlightKink = 2;                  // times what is allowed: more wants a finer lattice
+constexpr double kBetter = 0.95;  // of what was lacking: three passes after another that leave more bring no end
 
 // One lattice with what it is asked.
 struct Level {

@@ -52,15 +52,15 @@ void AddLeftOut(const std::vector<LeftOutSection>& left_out, const std::string& 
     refusals->Add(Under(field + "[" + std::to_string(one.index) + "].", one.refusal));
 }
 
-// Points of each section's slab, in one pass over the cloud.
-std::vector<Points> SlabsOf(const Points& points_mm, const std::vector<double>& z_mm, double half_width_mm,
-                            double spacing_mm) {
+// Points of each section's slab, in one pass over the cloud; none from above the cut-off, where there is a weld.
+std::vector<Points> SlabsOf(const Points& points_mm, const std::vector<double>& z_mm, double cutoff_mm,
+                            double half_width_mm, double spacing_mm) {
   std::vector<Points> slabs(z_mm.size());
   for (const Eigen::Vector3d& point : points_mm) {
     const double step = std::round((point.z() - z_mm[0]) / spacing_mm);
     if (!(step >= 0 && step < static_cast<double>(z_mm.size()))) continue;
     const auto k = static_cast<std::size_t>(step);
-    if (std::abs(point.z() - z_mm[k]) <= half_width_mm) slabs[k].push_back(point);
+    if (std::abs(point.z() - z_mm[k]) <= half_width_mm && point.z() <= cutoff_mm) slabs[k].push_back(point);
   }
   return slabs;
 }
@@ -135,7 +135,8 @@ absl::StatusOr<MeasuredStack> MeasureSections(const Points& points_mm, const Sta
     return Refuse("half_width_mm", options.half_width_mm,
                   "above 0, at most half the line width, " + NumberText(most_mm));
   const std::vector<double> z_mm = MeasuredHeights(options.heights);
-  const std::vector<Points> slabs = SlabsOf(points_mm, z_mm, options.half_width_mm, options.heights.line_width_mm);
+  const std::vector<Points> slabs =
+      SlabsOf(points_mm, z_mm, options.heights.cutoff_mm, options.half_width_mm, options.heights.line_width_mm);
   std::vector<absl::StatusOr<BladeSection>> made(z_mm.size(), absl::InternalError("not measured"));
   ForEach(z_mm.size(), options.thread_count, [&](std::size_t k) {
     OutlineOptions outline;

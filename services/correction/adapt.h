@@ -9,12 +9,14 @@
 #include "services/runtime/call.h"
 #include "storage/machining_passes.h"
 #include "storage/reconstructions.h"
+#include "storage/repairs.h"
 
 namespace sixpoint::correction {
 
 struct ShapeStores {
   std::shared_ptr<storage::ReconstructionStore> reconstructions;
   std::shared_ptr<storage::MachiningPassStore> passes;
+  std::shared_ptr<storage::RepairStore> repairs;
 };
 
 // Where the request names a reconstruction, or a machining pass: every path of the inputs goes with the shape, commanded by what the pass left, what

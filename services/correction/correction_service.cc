@@ -13,6 +13,7 @@
 #include "services/correction/fetch.h"
 #include "services/correction/messages.h"
 #include "services/correction/metrics.h"
+#include "services/correction/repair_program.h"
 #include "services/correction/rows.h"
 #include "services/correction/validate.h"
 #include "services/runtime/call.h"
@@ -68,11 +69,20 @@ absl::StatusOr<v1::Correction> AsMade(absl::StatusOr<v1::Correction> correction)
   return correction;
 }
 
+// Its paths are not the model's own, and many: it takes seconds and threads.
+template <typename Message>
+bool IsOnShape(const Message& correction) {
+  return !correction.reconstruction().empty() || !correction.repair().empty();
+}
+
 // As it was asked for; every group that it has was wanted.
 v1::CorrectRequest RequestOf(const storage::CorrectionRow& row, const v1::Correction& recorded) {
   v1::CorrectRequest request;
   request.set_registration(recorded.registration());
-  for (const storage::CorrectionGroupRow& group : row.groups) request.add_groups(group.group_name);
+  request.set_repair(recorded.repair());
+  // Of a repair they are its laps, which no model has.
+  if (recorded.repair().empty())
+    for (const storage::CorrectionGroupRow& group : row.groups) request.add_groups(group.group_name);
   request.set_machining_model(recorded.machining_model());
   if (recorded.machining_pass().empty()) request.set_reconstruction(recorded.reconstruction());
   request.set_machining_pass(recorded.machining_pass());
@@ -121,8 +131,8 @@ grpc::Status CorrectionService::CorrectScans(grpc::ServerContext* context, const
 
 absl::StatusOr<v1::Correction> CorrectionService::CorrectOnce(const v1::CorrectRequest& request,
                                                               const runtime::Caller& caller) {
-  const bool on_shape = !request.reconstruction().empty() || !request.machining_pass().empty();
-  const auto slot = PoolOf(on_shape).Enter(caller.deadline, caller.keep_going);
+  const auto slot =
+      PoolOf(IsOnShape(request) || !request.machining_pass().empty()).Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return slot.status();
   if (request.dry_run()) return DryRun(request, caller);
   bool made = false;
@@ -152,6 +162,7 @@ absl::StatusOr<Inputs> CorrectionService::OnItsShape(absl::StatusOr<Inputs> inpu
                                                      const runtime::Caller& caller) const {
   if (!inputs.ok()) return inputs;
   absl::Status adapted = AdaptToShape(shapes_, *peers_, threads_, caller, &*inputs);
+  if (adapted.ok()) adapted = GoAlongRepair(shapes_, caller, &*inputs);
   if (!adapted.ok()) return adapted;
   return inputs;
 }
@@ -183,7 +194,7 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
   if (!recorded.ok()) return ToGrpc(recorded.status());
   const auto nc_template = events_->TemplateOf(*row, caller.deadline);
   if (!nc_template.ok() && !absl::IsDataLoss(nc_template.status())) return ToGrpc(nc_template.status());
-  const auto slot = PoolOf(!recorded->reconstruction().empty()).Enter(caller.deadline, caller.keep_going);
+  const auto slot = PoolOf(IsOnShape(*recorded)).Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
   auto registration = peers_->registrations.Replay(recorded->registration(), caller.make_context());
   if (!registration.ok()) return ToGrpc(registration.status());
@@ -196,6 +207,7 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
       replay->add_taken_as_recorded("checks[" + v1::ReleaseCheckKind_Name(check.kind()) + "]");
   if (!recorded->reconstruction().empty()) replay->add_taken_as_recorded("reconstruction");
   if (!recorded->machining_pass().empty()) replay->add_taken_as_recorded("machining_pass");
+  if (!recorded->repair().empty()) replay->add_taken_as_recorded("repair");
   runtime::AddInput(*std::move(registration), &*replay);
   *response = *std::move(replay);
   return grpc::Status::OK;
@@ -210,7 +222,7 @@ grpc::Status CorrectionService::ComputeBudget(grpc::ServerContext* context, cons
   if (!row.ok()) return ToGrpc(row.status());
   const auto recorded = AsMade(ToProto(*row));
   if (!recorded.ok()) return ToGrpc(recorded.status());
-  const auto slot = PoolOf(!recorded->reconstruction().empty()).Enter(caller.deadline, caller.keep_going);
+  const auto slot = PoolOf(IsOnShape(*recorded)).Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
   const auto inputs = OnItsShape(FetchAsRecorded(*peers_, *recorded, RequestOf(*row, *recorded), caller), caller);
   if (!inputs.ok()) return ToGrpc(inputs.status());

@@ -28,12 +28,12 @@ absl::StatusOr<Row> FindRow(const storage::ResultReader<Row, Filter>& reader, st
   return runtime::GetResult<Row>(reader, deadline, collection, name, reason, [](const Row& row) { return row; });
 }
 
-absl::StatusOr<v1::MachiningPass> MessageOf(const storage::MachiningPassRow& row) { return ToProto(row); }
+absl::StatusOr<v1::MachiningPass> PassMessageOf(const storage::MachiningPassRow& row) { return ToProto(row); }
 
 absl::StatusOr<v1::MachiningPass> Find(const storage::MachiningPassStore& store, storage::Deadline deadline,
                                        const std::string& name) {
   return runtime::GetResult<v1::MachiningPass>(store, deadline, "machining_passes", name,
-                                               errors::v1::MACHINING_PASS_NOT_FOUND, MessageOf);
+                                               errors::v1::MACHINING_PASS_NOT_FOUND, PassMessageOf);
 }
 
 absl::Status CheckOrder(const v1::NextPassRequest& request) {
@@ -101,7 +101,7 @@ grpc::Status MachiningPassService::NextPass(grpc::ServerContext* context, const 
   if (!slot.ok()) return ToGrpc(slot.status());
   return runtime::Answer(runtime::RecordedResult<v1::MachiningPass>(
                              shapes_.passes.get(), "correction.NextPass", *request, caller,
-                             [&] { return Make(*request, true, caller); }, MessageOf),
+                             [&] { return Make(*request, true, caller); }, PassMessageOf),
                          response);
 }
 
@@ -159,8 +159,8 @@ grpc::Status MachiningPassService::ListMachiningPasses(grpc::ServerContext* cont
     if (absl::Status status = runtime::ReadWord("outcome", request->outcome(), &filter.outcome); !status.ok())
       return ToGrpc(status);
   const auto basic = [](v1::MachiningPass* one) { LeaveBasic(one); };
-  return ToGrpc(runtime::ListResults(*shapes_.passes, runtime::DeadlineOf(*context), *request, filter, MessageOf, basic,
-                                     response->mutable_machining_passes(), response->mutable_next_page_token()));
+  return ToGrpc(runtime::ListResults(*shapes_.passes, runtime::DeadlineOf(*context), *request, filter, PassMessageOf,
+                                     basic, response->mutable_machining_passes(), response->mutable_next_page_token()));
 }
 
 grpc::Status MachiningPassService::DownloadPassPatches(grpc::ServerContext* context,

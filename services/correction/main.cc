@@ -2,6 +2,7 @@
 #include "services/correction/correction_service.h"
 #include "services/correction/machining_pass_service.h"
 #include "services/correction/reconstruction_service.h"
+#include "services/correction/repair_service.h"
 #include "services/runtime/peers.h"
 #include "services/runtime/server.h"
 
@@ -19,7 +20,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
       runtime::ConnectToPeer(options, "plant"), runtime::ConnectToPeer(options, "ingest"),
       runtime::ConnectToPeer(options, "calibration"), runtime::ConnectToPeer(options, "registration"));
   std::vector<runtime::ServedService> services;
-  const ShapeStores shapes{storage::ReconstructionsIn(database), storage::MachiningPassesIn(database)};
+  const ShapeStores shapes{storage::ReconstructionsIn(database), storage::MachiningPassesIn(database),
+                           storage::RepairsIn(database)};
   const auto corrections = storage::CorrectionsIn(database);
   services.push_back({v1::CorrectionService::service_full_name(),
                       std::make_unique<CorrectionService>(corrections, storage::CorrectionEventsIn(database), shapes,
@@ -30,6 +32,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   services.push_back(
       {v1::MachiningPassService::service_full_name(),
        std::make_unique<MachiningPassService>(shapes, corrections, peers, kReconstructionLimits, options.threads)});
+  services.push_back({v1::RepairService::service_full_name(),
+                      std::make_unique<RepairService>(shapes.repairs, peers, kReconstructionLimits, options.threads)});
   return services;
 }
 

@@ -154,6 +154,7 @@ absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
     correction.set_reconstruction(runtime::NameOf("reconstructions", row.reconstruction_id));
   if (!row.machining_pass_id.empty())
     correction.set_machining_pass(runtime::NameOf("machining_passes", row.machining_pass_id));
+  if (!row.repair_id.empty()) correction.set_repair(runtime::NameOf("repairs", row.repair_id));
   return correction;
 }
 

@@ -8,6 +8,7 @@
 #include "metrology/reconstruction/blank_stock.h"
 #include "metrology/reconstruction/design_places.h"
 #include "services/clients/error_sources.h"
+#include "services/correction/blade_points.h"
 #include "services/runtime/errors.h"
 
 namespace sixpoint::correction {
@@ -48,22 +49,6 @@ absl::Status AsAsked(const absl::Status& status) {
   return Refuse(violations);
 }
 
-absl::Status ReadScans(const clients::ScanClient& scans, const clients::RegisteredBlade& blade,
-                       const runtime::Caller& caller, metrology::MeasuredBlank* blank) {
-  return clients::ForEachScan(scans, blade, caller, [&](int index, const clients::StoredBlocks& scan) -> absl::Status {
-    if (scan.record.header().kind() == ingest::v1::SCAN_KIND_PINS)
-      return runtime::Refuse("registration.scans[" + std::to_string(index) + "]", "a scan with pins in the holes",
-                             "scans of the blank alone");
-    absl::Status status = blank->Begin(scan.scan);
-    for (std::size_t i = 0; status.ok() && i < scan.blocks.size(); ++i) {
-      const auto points_mm = scan.DecodeOne(i);
-      if (!points_mm.ok()) return points_mm.status();
-      status = blank->AddPoints(*points_mm);
-    }
-    return status;
-  });
-}
-
 }  // namespace
 
 double FarthestStock_mm(const storage::ReconstructionMethodRow& method,
@@ -86,7 +71,10 @@ absl::StatusOr<MeasuredSurface> MeasureSurface(const clients::ScanClient& scans,
   options.farthest_mm = method.farthest_mm;
   metrology::MeasuredBlank measured(
       blade.surface, metrology::PartMapping(WithoutForm(*blade.pose), blade.sensor, blade.axes), options);
-  if (absl::Status read = ReadScans(scans, blade, caller, &measured); !read.ok()) return read;
+  const absl::Status read = ReadBladePoints(
+      scans, blade, caller, [&](const metrology::LineScan& scan) { return measured.Begin(scan); },
+      [&](const metrology::Points& points_mm) { return measured.AddPoints(points_mm); });
+  if (!read.ok()) return read;
   auto found = measured.Finish(*patches);
   if (!found.ok()) return found.status();
   return MeasuredSurface{*std::move(found), measured.counts()};

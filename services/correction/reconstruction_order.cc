@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "refusal/message_text.h"
+#include "services/correction/applied_value.h"
 #include "services/runtime/contract_words.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
@@ -16,15 +17,6 @@ namespace {
 
 // Bytes of a lattice's factor, at most: more than a blade of a hand's size takes at a millimetre.
 constexpr double kMostFactorBytes = 4e9;
-
-// The value as it is applied.
-double Read(const std::string& name, bool is_stated, double value, double usual, double least, double most,
-            runtime::Refusals* refusals) {
-  if (!is_stated) return usual;
-  if (!(value >= least && value <= most))
-    refusals->Add(runtime::Refuse("method." + name, value, NumberText(least) + " to " + NumberText(most)));
-  return value;
-}
 
 void AddListed(const geometry::v1::Point& point, std::vector<double>* out) {
   *out = {point.x_mm(), point.y_mm(), point.z_mm()};
@@ -90,15 +82,17 @@ absl::StatusOr<ReconstructionOrder> OrderOf(const v1::ReconstructRequest& reques
   refusals.Add(runtime::IdOf("registration", "registrations", request.registration()).status());
   const v1::ReconstructionMethod& asked = request.method();
   storage::ReconstructionMethodRow& method = order.method;
-  method.patch_mm = Read("patch_mm", asked.has_patch_mm(), asked.patch_mm(), 0.5, 0.1, 20, &refusals);
-  method.farthest_mm = Read("farthest_mm", asked.has_farthest_mm(), asked.farthest_mm(), 1.5, 0.1, 5, &refusals);
-  method.finest_spacing_mm =
-      Read("finest_spacing_mm", asked.has_finest_spacing_mm(), asked.finest_spacing_mm(), 2, 0.5, 100, &refusals);
-  method.coarsest_spacing_mm = Read("coarsest_spacing_mm", asked.has_coarsest_spacing_mm(), asked.coarsest_spacing_mm(),
-                                    std::max(4.0, method.finest_spacing_mm), method.finest_spacing_mm, 100, &refusals);
-  method.blend_mm = Read("blend_mm", asked.has_blend_mm(), asked.blend_mm(), 4, 0.1, 50, &refusals);
+  method.patch_mm = AppliedValue("patch_mm", asked.has_patch_mm(), asked.patch_mm(), 0.5, 0.1, 20, &refusals);
+  method.farthest_mm =
+      AppliedValue("farthest_mm", asked.has_farthest_mm(), asked.farthest_mm(), 1.5, 0.1, 5, &refusals);
+  method.finest_spacing_mm = AppliedValue("finest_spacing_mm", asked.has_finest_spacing_mm(), asked.finest_spacing_mm(),
+                                          2, 0.5, 100, &refusals);
+  method.coarsest_spacing_mm =
+      AppliedValue("coarsest_spacing_mm", asked.has_coarsest_spacing_mm(), asked.coarsest_spacing_mm(),
+                   std::max(4.0, method.finest_spacing_mm), method.finest_spacing_mm, 100, &refusals);
+  method.blend_mm = AppliedValue("blend_mm", asked.has_blend_mm(), asked.blend_mm(), 4, 0.1, 50, &refusals);
   method.coverage_factor =
-      Read("coverage_factor", asked.has_coverage_factor(), asked.coverage_factor(), 3, 1, 10, &refusals);
+      AppliedValue("coverage_factor", asked.has_coverage_factor(), asked.coverage_factor(), 3, 1, 10, &refusals);
   std::set<std::string> named;
   for (int i = 0; i < request.tried_limits_size(); ++i) {
     const v1::TriedLimits& tried = request.tried_limits(i);

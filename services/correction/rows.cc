@@ -125,6 +125,7 @@ storage::RecordEntry EntryOf(const storage::CorrectionRow& row, const Inputs& in
   if (!row.reconstruction_id.empty()) entry.inputs.push_back(runtime::NameOf("reconstructions", row.reconstruction_id));
   if (!row.machining_pass_id.empty())
     entry.inputs.push_back(runtime::NameOf("machining_passes", row.machining_pass_id));
+  if (!row.repair_id.empty()) entry.inputs.push_back(runtime::NameOf("repairs", row.repair_id));
   entry.blade = row.blade_serial;
   entry.machine = row.machine_id;
   entry.method = registration::v1::Method_Name(inputs.registration.method());
@@ -158,6 +159,7 @@ runtime::Made<storage::CorrectionRow> RecordOf(const Inputs& inputs, const Corre
     row.machining_model_revision = inputs.model->revision();
   }
   if (!request.machining_pass().empty()) row.machining_pass_id = runtime::LastSegment(request.machining_pass());
+  if (!request.repair().empty()) row.repair_id = runtime::LastSegment(request.repair());
   if (!request.reconstruction().empty()) row.reconstruction_id = runtime::LastSegment(request.reconstruction());
   (corrected.released ? row.nc_program : row.nc_held) = corrected.nc_program;
   row.release = corrected.released ? "AUTOMATIC" : "AWAITING_PERSON";

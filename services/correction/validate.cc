@@ -37,11 +37,21 @@ absl::Status CheckShape(const v1::CorrectRequest& request) {
     refusals.Add(CheckName("reconstruction", "reconstructions", request.reconstruction()));
   if (!request.machining_pass().empty())
     refusals.Add(CheckName("machining_pass", "machining_passes", request.machining_pass()));
+  if (!request.repair().empty()) {
+    refusals.Add(CheckName("repair", "repairs", request.repair()));
+    if (!request.reconstruction().empty() || !request.machining_pass().empty())
+      refusals.Add(runtime::Refuse("repair", request.repair(), "none beside a reconstruction or a machining pass"));
+    if (request.groups_size() > 0)
+      refusals.Add(runtime::Refuse("groups", std::to_string(request.groups_size()) + " of them",
+                                   "none: the repair says where the tool goes"));
+  }
   if (!request.reconstruction().empty() && !request.machining_pass().empty())
     refusals.Add(
         runtime::Refuse("reconstruction", request.reconstruction(), "none beside machining_pass, which has one"));
   if (request.machining_model().empty())
-    refusals.Add(runtime::Refuse("machining_model", "", "the model whose paths go with the shape"));
+    refusals.Add(runtime::Refuse("machining_model", "",
+                                 request.repair().empty() ? "the model whose paths go with the shape"
+                                                          : "the model by which the repair's laps are led"));
   return refusals.status();
 }
 
@@ -57,7 +67,8 @@ absl::Status CheckWhat(const v1::CorrectRequest& request) {
   }
   refusals.Add(runtime::CheckWorkOffsets("work_offsets", request.work_offsets()))
       .Add(runtime::CheckToolLengths("tool_lengths", request.tool_lengths()));
-  if (!request.reconstruction().empty() || !request.machining_pass().empty()) refusals.Add(CheckShape(request));
+  if (!request.reconstruction().empty() || !request.machining_pass().empty() || !request.repair().empty())
+    refusals.Add(CheckShape(request));
   if (!request.machining_model().empty()) return refusals.Add(CheckModelAlone(request)).status();
   if (request.nc_template().empty() && request.work_offsets_size() + request.tool_lengths_size() > 0)
     refusals.Add(runtime::Refuse("nc_template", "empty", "the template that the offsets and tools are of"));
@@ -87,7 +98,8 @@ absl::Status CheckCorrectScans(const v1::CorrectScansRequest& request) {
   if (!correction.request_id().empty())
     refusals.Add(runtime::Refuse("correction.request_id", correction.request_id(), wanted));
   for (const auto& [field, value] : {std::pair("correction.reconstruction", &correction.reconstruction()),
-                                     {"correction.machining_pass", &correction.machining_pass()}})
+                                     {"correction.machining_pass", &correction.machining_pass()},
+                                     {"correction.repair", &correction.repair()}})
     if (!value->empty())
       refusals.Add(runtime::Refuse(field, *value, "unset: it is of a registration that was made before"));
   if (correction.dry_run())

@@ -16,6 +16,7 @@
 #include "storage/reconstructions.h"
 #include "storage/record.h"
 #include "storage/registrations.h"
+#include "storage/repairs.h"
 #include "storage/scans.h"
 #include "storage/sections.h"
 #include "storage/studies.h"
@@ -88,6 +89,9 @@ class ClearancesTest : public ::testing::Test {
     reconstructions.reader = reader;
     for (const auto& row : Listed(ReconstructionsIn(plant())->List(reconstructions, 0, 100, Soon())))
       add("reconstruction", row.part_id);
+    RepairFilter repairs;
+    repairs.reader = reader;
+    for (const auto& row : Listed(RepairsIn(plant())->List(repairs, 0, 100, Soon()))) add("repair", row.part_id);
     MachiningPassFilter passes;
     passes.reader = reader;
     for (const auto& row : Listed(MachiningPassesIn(plant())->List(passes, 0, 100, Soon())))
@@ -110,11 +114,27 @@ class ClearancesTest : public ::testing::Test {
   std::set<std::string> AllOf(const std::set<std::string>& words, int studies) {
     std::set<std::string> all;
     for (const std::string& word : words)
-      for (const char* list :
-           {"part", "blade", "scan", "registration", "correction", "inspection", "deviation", "section",
-            "reconstruction", "machining pass", "measurement", "study", "recall of registration",
-            "recall of correction", "recall of inspection", "recall of deviation", "recall of section",
-            "recall of reconstruction", "recall of machining_pass"})
+      for (const char* list : {"part",
+                               "blade",
+                               "scan",
+                               "registration",
+                               "correction",
+                               "inspection",
+                               "deviation",
+                               "section",
+                               "reconstruction",
+                               "machining pass",
+                               "repair",
+                               "measurement",
+                               "study",
+                               "recall of registration",
+                               "recall of correction",
+                               "recall of inspection",
+                               "recall of deviation",
+                               "recall of section",
+                               "recall of reconstruction",
+                               "recall of machining_pass",
+                               "recall of repair"})
         all.insert(std::string(list) + " " + word);
     if (studies > 0) all.insert("recall study");
     return all;

@@ -152,6 +152,8 @@ class ReadModelsTest : public ::testing::Test {
         *transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2), "edge", calibrations);
     sixpoint::testing::PutMachiningPass(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2),
                                         reconstruction, calibrations);
+    sixpoint::testing::PutRepair(*transaction, seeded->Text(0, 0), seeded->Text(0, 1), seeded->Text(0, 2),
+                                 calibrations);
     ASSERT_TRUE(transaction->Commit().ok());
   }
   // Of a part that everybody sees, too, and what another instrument measured by them.

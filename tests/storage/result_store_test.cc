@@ -13,6 +13,7 @@
 #include "storage/machining_passes.h"
 #include "storage/reconstructions.h"
 #include "storage/registrations.h"
+#include "storage/repairs.h"
 #include "storage/sections.h"
 #include "tests/services/correction/judged_plant.h"
 #include "tests/support/fake_results.h"
@@ -235,8 +236,36 @@ struct MachiningPasses {
   }
 };
 
-using Aggregates =
-    ::testing::Types<Registrations, Corrections, Inspections, Deviations, Sections, Reconstructions, MachiningPasses>;
+struct Repairs {
+  using Row = RepairRow;
+  using Filter = RepairFilter;
+  static constexpr auto kId = &Row::repair_id;
+  static constexpr auto kIn = RepairsIn;
+  static constexpr char kKind[] = "repair";
+  static Row Make() {
+    Row row = RowOfThePlant<Row>();
+    row.registration_id = std::string(sixpoint::testing::kRegistration).substr(14);
+    row.method = "BEST_FIT";
+    row.applied = {2, 30, 38, 1, 6, 40, "POLYNOMIAL", true, {1, 2, 3}, 5, 5, 0, 50, 0.5, 0.1, 1, 10, 1, 1.2};
+    row.determination = RepairDeterminationRow{0.99, 0.98, 0.97, 0.96};
+    row.below_line_count = 1;
+    row.step_over_mm = 0.3;
+    row.lap_count = 2;
+    row.place_count = 4;
+    row.path_length_mm = 1;
+    row.removal.place_count_below_line = 1;
+    row.contours_sha256 = row.path_sha256 = std::string(64, '0');
+    row.computed_on = "x86-64";
+    row.scan_ids = {"s0"};
+    row.sections = {{4, "LEFT_OUT", "the trailing end was not seen", {}, {}, {}, {}}};
+    row.contours = {{{0, 0, 0}, {1}, {-2}}};
+    row.laps = {{30, 0.1, {0, 0, 0}, {0, 0, 1}}, {30, 0, {0, 0, 0}, {0, 0, 1}}};
+    return row;
+  }
+};
+
+using Aggregates = ::testing::Types<Registrations, Corrections, Inspections, Deviations, Sections, Reconstructions,
+                                    MachiningPasses, Repairs>;
 TYPED_TEST_SUITE(ResultStoreTest, Aggregates);
 
 TYPED_TEST(ResultStoreTest, WhatIsRecordedIsFoundWithItsSequenceAndTime) {

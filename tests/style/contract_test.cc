@@ -143,8 +143,9 @@ TEST_F(Contract, WhatTheServerAloneWritesIsNotMarkedForClients) {
 }
 
 TEST_F(Contract, AMethodThatOnlyReadsSaysSo) {
-  const std::vector<std::string> reading = {"Get",     "List",  "Download", "Preview", "Recall", "Trace", "Replay",
-                                            "Compute", "Watch", "Verify",   "Plan",    "Export", "Write", "Compare"};
+  const std::vector<std::string> reading = {
+      "Get",   "List",   "Download",        "Preview",        "Recall", "Trace", "Replay", "Compute",
+      "Watch", "Verify", "PlanMeasurement", "PlanAssessment", "Export", "Write", "Compare"};
   for (const MethodDescriptor* method : methods_) {
     const bool reads = std::any_of(reading.begin(), reading.end(),
                                    [&](const std::string& verb) { return StartsWith(method->name(), verb); });

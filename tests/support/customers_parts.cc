@@ -16,6 +16,7 @@
 #include "storage/plant_registry.h"
 #include "storage/reconstructions.h"
 #include "storage/registrations.h"
+#include "storage/repairs.h"
 #include "storage/retention.h"
 #include "storage/scans.h"
 #include "storage/sections.h"
@@ -253,6 +254,30 @@ std::string PutMachiningPass(storage::Transaction& transaction, const std::strin
   return name;
 }
 
+std::string PutRepair(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
+                      const std::string& registration, const MachinesCalibrations& calibrations) {
+  auto row = ResultOf<storage::RepairRow>(part_id, blade_serial, calibrations);
+  row.repair_id = storage::NewUuid();
+  row.registration_id = IdOf(registration);
+  row.method = "BEST_FIT";
+  row.applied = {2, 30, 38, 1, 6, 40, "PROCESS_OF_DEVIATION", false, {}, 5, 5, 0, 50, 0.5, 0.1, 1, 10, 1, 1.2};
+  row.below_line_count = 1000;
+  row.greatest_stock_mm = 1.2;
+  row.step_over_mm = 0.3;
+  row.lap_count = 2;
+  row.place_count = 200;
+  row.path_length_mm = 120;
+  row.removal = {100, 0, 0.4, 0, 5, 2};
+  row.contours_sha256 = row.path_sha256 = std::string(64, '0');
+  row.computed_on = "x86-64";
+  row.sections = {{38, "TARGET", "", 8, 12, 5, 0.4}};
+  row.contours = {{{1, 2, 38}, {8}, {5}}};
+  row.laps = {{38, 0, {1, 2, 38}, {0, 0, 1}}};
+  const std::string name = "repairs/" + row.repair_id;
+  Must(storage::InsertRepair(transaction, row, EntryOfM1(name, {registration}, blade_serial)));
+  return name;
+}
+
 MachinesCalibrations PutCalibratedMachine(storage::Database* database) {
   storage::Transaction transaction = Must(database->Begin(Soon(60)));
   RegisterMachine(transaction, "m1");
@@ -431,6 +456,7 @@ CustomersPart PutCustomersPart(storage::Database* database, const std::string& w
                                             "edge of " + made.word, calibrations);
     made.machining_pass = PutMachiningPass(transaction, IdOf(made.part), IdOf(made.blade), made.registration,
                                            made.reconstruction, calibrations);
+    made.repair = PutRepair(transaction, IdOf(made.part), IdOf(made.blade), made.registration, calibrations);
     made.study = PutStudy(transaction, made);
   });
   Must(storage::DeleteScanPoints(database, nullptr,

@@ -11,15 +11,16 @@ namespace sixpoint::testing {
 // Names of what is recorded of one part; `word` is in all that a person chose.
 struct CustomersPart {
   std::string word, part, blade, scan, registration, correction, inspection, deviation, sections, reconstruction,
-      machining_pass, study, deletion;
+      machining_pass, repair, study, deletion;
   std::string machining_model;  // by PutMachiningModel alone
   std::string drawing;          // by PutDrawing alone
   std::string assessment;       // by PutAssessment alone
   std::string measurement;      // by PutMeasurement alone
 
   std::vector<std::string> names() const {
-    std::vector<std::string> all = {part,      blade,    scan,           registration,   correction, inspection,
-                                    deviation, sections, reconstruction, machining_pass, study,      deletion};
+    std::vector<std::string> all = {part,       blade,     scan,     registration,   correction,
+                                    inspection, deviation, sections, reconstruction, machining_pass,
+                                    repair,     study,     deletion};
     if (!machining_model.empty()) all.push_back(machining_model);
     if (!drawing.empty()) all.push_back(drawing);
     if (!assessment.empty()) all.push_back(assessment);
@@ -60,6 +61,9 @@ std::string PutSections(storage::Transaction& transaction, const std::string& pa
 std::string PutReconstruction(storage::Transaction& transaction, const std::string& part_id,
                               const std::string& blade_serial, const std::string& registration,
                               const std::string& region, const MachinesCalibrations& calibrations);
+// How it is repaired, of one section and one lap. Gives its name.
+std::string PutRepair(storage::Transaction& transaction, const std::string& part_id, const std::string& blade_serial,
+                      const std::string& registration, const MachinesCalibrations& calibrations);
 // What a pass over it left, of one region; the reconstruction stands for what was cut. Gives its name.
 std::string PutMachiningPass(storage::Transaction& transaction, const std::string& part_id,
                              const std::string& blade_serial, const std::string& registration,

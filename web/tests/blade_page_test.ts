@@ -186,6 +186,25 @@ test('the shape in the blank: its regions, its stock in colours, and other limit
   await page.context().close();
 });
 
+test('the repair: heights with their uncertainty, what the path leaves in colours, and the ball on its way', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  const complaints = complaintsOf(page);
+  const section = page.locator('#repair');
+  const heights = section.getByRole('region', { name: 'Table: Repair by height' });
+  assert.match(await heights.locator('tr', { hasText: '3.00' }).first().innerText(), /left out.*the trailing end was not seen/s);
+  assert.match(await heights.locator('tr', { hasText: '19.00' }).innerText(), /target.*18\.0.*30\.0.*5\.2.*0\.0/s);
+  assert.match(await section.innerText(), /Gaussian processes.*stands out by 1\.212.*0\.00.*µm cut below the line/s);
+  await section.getByRole('button', { name: 'Show what is left in 3D' }).click();
+  await page.waitForFunction(() => document.querySelector<HTMLCanvasElement>('#repair canvas')?.dataset['tiles'] === '480', undefined, { timeout: 60_000 });
+  assert.equal(await section.locator('canvas').first().getAttribute('data-laps'), '8');
+  await section.locator('.scale-box').waitFor();
+  assert.deepEqual(await axeFindings(page), []);
+  await section.getByRole('button', { name: 'Show U in 3D' }).click();
+  await page.waitForFunction(() => document.querySelector<HTMLCanvasElement>('#repair canvas')?.dataset['tiles'] === '480', undefined, { timeout: 60_000 });
+  assert.deepEqual(complaints, []);
+  await page.context().close();
+});
+
 test('mes-reader sees no buttons that change something', async () => {
   const page = await signedIn(stage, '/blades/SN-0413', 'mes');
   await page.getByText('This program waits for a person').waitFor();

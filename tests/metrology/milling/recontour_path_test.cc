@@ -117,8 +117,11 @@ TEST(RecontourPath, WeldStockIsWhatStandsOverTheTarget) {
   const auto target = TargetOf(0);
   const OutlineNode& node = target[2].outline.nodes()[100];
   const Vector2d out = node.point_mm + 0.7 * node.normal;
-  EXPECT_NEAR(WeldStock_mm(target, Vector2d::Zero(), {{out.x(), out.y(), target[2].z_mm}}), 0.7, 1e-6);
-  EXPECT_EQ(WeldStock_mm(target, Vector2d::Zero(), {{0, 0, 10}}), 0);
+  const WeldStock stock = WeldStockOf(target, Vector2d::Zero(), {{out.x(), out.y(), target[2].z_mm}});
+  EXPECT_NEAR(stock.greatest_mm, 0.7, 1e-6);
+  EXPECT_GT(stock.seen_part, 0);
+  EXPECT_LT(stock.seen_part, 0.02);
+  EXPECT_EQ(WeldStockOf(target, Vector2d::Zero(), {{0, 0, 10}}).greatest_mm, 0);
 }
 
 TEST(RecontourPath, RefusesByName) {

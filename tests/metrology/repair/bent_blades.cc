@@ -33,6 +33,36 @@ BladeSection KnownSection(double z_mm, const SectionMotion& motion) {
   return section;
 }
 
+std::shared_ptr<const Surface> KnownSurface(double from_mm, double to_mm) {
+  constexpr double kRise_mm = 0.5;
+  constexpr std::size_t kAround = 1500;
+  TriangleMesh mesh;
+  const auto count = static_cast<std::uint32_t>(std::ceil((to_mm - from_mm) / kRise_mm));
+  for (std::uint32_t k = 0; k <= count; ++k) {
+    const double z_mm = from_mm + (to_mm - from_mm) * k / count;
+    const std::vector<Vector2d> polygon = KnownPolygon(z_mm, nullptr);
+    std::vector<double> at_mm = {0};
+    for (std::size_t i = 0; i < polygon.size(); ++i)
+      at_mm.push_back(at_mm.back() + (polygon[(i + 1) % polygon.size()] - polygon[i]).norm());
+    std::size_t i = 0;
+    for (std::size_t n = 0; n < kAround; ++n) {
+      const double along_mm = at_mm.back() * static_cast<double>(n) / kAround;
+      while (at_mm[i + 1] <= along_mm) ++i;
+      const Vector2d point = polygon[i] + (along_mm - at_mm[i]) / (at_mm[i + 1] - at_mm[i]) *
+                                              (polygon[(i + 1) % polygon.size()] - polygon[i]);
+      mesh.vertices_mm.emplace_back(point.x(), point.y(), z_mm);
+    }
+  }
+  constexpr auto kRing = static_cast<std::uint32_t>(kAround);
+  for (std::uint32_t k = 0; k < count; ++k)
+    for (std::uint32_t n = 0; n < kRing; ++n) {
+      const std::uint32_t a = k * kRing + n, b = k * kRing + (n + 1) % kRing;
+      mesh.triangles.push_back({a, b, b + kRing});
+      mesh.triangles.push_back({a, b + kRing, a + kRing});
+    }
+  return *Surface::Prepare(std::move(mesh));
+}
+
 Points KnownWall(double from_mm, double to_mm, std::size_t count, double noise_mm, const SectionMotion& motion,
                  std::uint64_t seed) {
   std::mt19937_64 random(seed);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "metrology/repair/blade_sections.h"
@@ -16,6 +17,9 @@ using SectionMotion = std::function<Eigen::Vector2d(double z_mm, const Eigen::Ve
 std::vector<Eigen::Vector2d> KnownPolygon(double z_mm, const SectionMotion& motion);
 // The same as a section, by the code that the kernels use.
 BladeSection KnownSection(double z_mm, const SectionMotion& motion);
+
+// The nominal blade's wall between two heights as a surface without end faces.
+std::shared_ptr<const Surface> KnownSurface(double from_mm, double to_mm);
 
 // Points on the wall from one height to another, each with noise along its outline's normal.
 Points KnownWall(double from_mm, double to_mm, std::size_t count, double noise_mm, const SectionMotion& motion,

@@ -28,7 +28,8 @@ class CorrectionServiceTest : public ::testing::Test {
     service_ = std::make_unique<CorrectionService>(
         storage::CorrectionsIn(plant_.database.database()), storage::CorrectionEventsIn(plant_.database.database()),
         ShapeStores{storage::ReconstructionsIn(plant_.database.database()),
-                    storage::MachiningPassesIn(plant_.database.database())},
+                    storage::MachiningPassesIn(plant_.database.database()),
+                    storage::RepairsIn(plant_.database.database())},
         std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
         runtime::PoolLimits{greatest_count, 0}, 1);
     server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});

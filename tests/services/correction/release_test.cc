@@ -125,7 +125,8 @@ class ReleaseTest : public ::testing::Test {
   CorrectionService service_{
       storage::CorrectionsIn(database_.get()),
       storage::CorrectionEventsIn(database_.get()),
-      {storage::ReconstructionsIn(database_.get()), storage::MachiningPassesIn(database_.get())},
+      {storage::ReconstructionsIn(database_.get()), storage::MachiningPassesIn(database_.get()),
+       storage::RepairsIn(database_.get())},
       std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),
       {4, 0},
       1};

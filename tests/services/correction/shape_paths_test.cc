@@ -157,17 +157,19 @@ class ShapePathsTest : public ::testing::Test {
       plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect());
   std::shared_ptr<storage::ReconstructionStore> kept_ = storage::ReconstructionsIn(plant_.database.database());
   ReconstructionService reconstructions_{kept_, peers_, {1, 4}, 2};
-  CorrectionService corrections_{storage::CorrectionsIn(plant_.database.database()),
-                                 storage::CorrectionEventsIn(plant_.database.database()),
-                                 {kept_, storage::MachiningPassesIn(plant_.database.database())},
-                                 peers_,
-                                 {4, 0},
-                                 2};
-  MachiningPassService passes_{{kept_, storage::MachiningPassesIn(plant_.database.database())},
-                               storage::CorrectionsIn(plant_.database.database()),
-                               peers_,
-                               {1, 4},
-                               2};
+  CorrectionService corrections_{
+      storage::CorrectionsIn(plant_.database.database()),
+      storage::CorrectionEventsIn(plant_.database.database()),
+      {kept_, storage::MachiningPassesIn(plant_.database.database()), storage::RepairsIn(plant_.database.database())},
+      peers_,
+      {4, 0},
+      2};
+  MachiningPassService passes_{
+      {kept_, storage::MachiningPassesIn(plant_.database.database()), storage::RepairsIn(plant_.database.database())},
+      storage::CorrectionsIn(plant_.database.database()),
+      peers_,
+      {1, 4},
+      2};
   testing::InProcessServer server_{{&reconstructions_, &corrections_, &passes_}};
   std::unique_ptr<v1::MachiningPassService::Stub> looks_ = v1::MachiningPassService::NewStub(server_.Connect());
   std::unique_ptr<v1::ReconstructionService::Stub> shapes_ = v1::ReconstructionService::NewStub(server_.Connect());

@@ -22,6 +22,7 @@ import { BladeView } from './blade_view';
 import { Decision } from './decision';
 import { Deviation } from './deviation';
 import { Reconstruction } from './reconstruction';
+import { Repair } from './repair';
 import { Sections } from './section';
 
 const dispositionWords = (kind: DispositionKind) => (DispositionKind[kind] ?? '').toLowerCase().replaceAll('_', ' ');
@@ -125,6 +126,7 @@ function Blade({ facts, again }: { facts: BladeFacts; again: () => void }) {
       <AssessmentSection assessments={assessments} facts={facts} />
       <Deviation facts={facts} />
       <Reconstruction facts={facts} />
+      <Repair facts={facts} />
       <Sections facts={facts} />
       <Story entries={facts.entries} />
     </>

@@ -35,6 +35,7 @@ export function stepWords(entry: RecordEntry): { title: string; figures: string 
     case 'inspection': return { title: `Judged, positioned by ${methodWords(entry.method)}`, figures: um('deviation_rms_um') ? `surface deviation ${um('deviation_rms_um')} rms` : '' };
     case 'reconstruction': return { title: 'Shape looked for in its blank', figures: s['of_part_limits'] === false ? 'with other limits than the part’s' : '' };
     case 'machining_pass': return { title: `Pass ${numberIn(s, 'number') ?? ''} over its shape looked at`, figures: '' };
+    case 'repair': return { title: 'Repair planned', figures: joined(numberIn(s, 'repair_line_mm') !== undefined && `above ${number(numberIn(s, 'repair_line_mm')!, 2)} mm`, numberIn(s, 'lap_count') !== undefined && plural(numberIn(s, 'lap_count')!, 'lap')) };
     case 'assessment': return { title: `Judged by its drawing${entry.method ? `, ${entry.method.toLowerCase().replaceAll('_', ' ')}` : ''}`, figures: joined(numberIn(s, 'findings') !== undefined && numberIn(s, 'conform') !== undefined && `${count(numberIn(s, 'conform')!)} of ${plural(numberIn(s, 'findings')!, 'finding')} conform`, kFates[textIn(s, 'fate')], textIn(s, 'reason')) };
     case 'disposition': return { title: 'Decided what becomes of it', figures: joined(entry.method.replace(/^DISPOSITION_KIND_/, '').toLowerCase().replaceAll('_', ' '), textIn(s, 'reason') && `“${textIn(s, 'reason')}”`) };
     case 'assignment': return { title: 'Work order assigned', figures: joined(entry.workOrder, entry.operation) };

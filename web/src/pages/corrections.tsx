@@ -181,6 +181,7 @@ function One({ id }: { id: string }) {
                 {correction.supersededBy && <><dt>Superseded by</dt><dd><a href={pageOf(correction.supersededBy)}>{shortId(correction.supersededBy)}</a></dd></>}
                 <dt>Rotary axes</dt><dd><a href={pageOf(correction.rotationCalibration)}>calibration {shortId(correction.rotationCalibration)}</a></dd>
                 {correction.machiningModel && <><dt>Machining model</dt><dd>{idOf(withoutRevision(correction.machiningModel))}, revision {correction.machiningModel.split('@')[1]}</dd></>}
+                {correction.repair && <><dt>Along the laps of</dt><dd><a href={pageOf(correction.blade)}>repair {shortId(correction.repair)}</a></dd></>}
                 {correction.reconstruction && <><dt>On the shape of</dt><dd><a href={pageOf(correction.blade)}>reconstruction {shortId(correction.reconstruction)}</a></dd></>}
                 {correction.machiningPass && <><dt>By what was left after</dt><dd>machining pass {shortId(correction.machiningPass)}</dd></>}
                 {correction.groups.map(({ group, adaptation }) => adaptation && <><dt>{group} beside its template</dt><dd>up to {number(adaptation.greatestShiftMm, 3)}&#8239;mm and {number(adaptation.greatestTurnDeg, 2)}&#8239;° off; cuts up to {number(adaptation.gougeUm, 1)}&#8239;µm deeper, leaves up to {number(adaptation.restUm, 1)}&#8239;µm more{adaptation.deepestCompensationUm !== undefined && `; commanded up to ${number(adaptation.deepestCompensationUm, 1)}\u202fµm deeper by the pass before`}</dd></>)}

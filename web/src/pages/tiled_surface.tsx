@@ -12,8 +12,8 @@ import { holesOfPart } from './part_scene';
 
 type Module = typeof import('../scene/open');
 
-// What is drawn: name: of the result, title: of its picture, what: the figure, for who cannot see it; note: under the scale.
-export type Tiling = { name: string; title: string; what: string; note: string; patchCount: number; patchMm: number; mostUm: number; fetch: (module: Module, signal: AbortSignal) => Promise<Patches> };
+// What is drawn: name: of the result (and of what is shown of it), title: of its picture, what: the figure, for who cannot see it; note: under the scale.
+export type Tiling = { name: string; title: string; what: string; note: string; patchCount: number; patchMm: number; mostUm: number; fetch: (module: Module, signal: AbortSignal) => Promise<Patches>; fetchLaps?: (module: Module, signal: AbortSignal) => Promise<number[][]> };
 
 export function TiledSurface({ tiling, part }: { tiling: Tiling; part: Part }) {
   const canvas = useRef<HTMLCanvasElement>(null), scene = useRef<BladeScene>();
@@ -27,11 +27,12 @@ export function TiledSurface({ tiling, part }: { tiling: Tiling; part: Part }) {
       const loaded = await import('../scene/open');
       if (stop.signal.aborted) return;
       view = new loaded.BladeScene(canvas.current!);
-      const [surface, patches] = await Promise.all([loaded.fetchSurface(`${part.name}@${part.revision}`, stop.signal), tiling.fetch(loaded, stop.signal)]);
+      const [surface, patches, laps] = await Promise.all([loaded.fetchSurface(`${part.name}@${part.revision}`, stop.signal), tiling.fetch(loaded, stop.signal), tiling.fetchLaps?.(loaded, stop.signal)]);
       scene.current = view;
       view.setSurface(surface);
       view.setHoles(holesOfPart(part).map((hole) => ({ ...hole, nominalMm: minus(hole.nominalMm, surface.centre) })), [], 1, undefined);
       view.setPatches(patches, surface.centre, tiling.patchMm);
+      if (laps) view.setLaps(laps, surface.centre);
       const most = loaded.roundScale(tiling.mostUm);
       setScale([most, most / 5]);
       setModule(loaded);

@@ -1,6 +1,6 @@
 // The blade drawn: CAD, the cloud with its deviations, holes with arrows, datum points. Draws when something changed, and not else.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial,
+  AmbientLight, BufferAttribute, BufferGeometry, ConeGeometry, CylinderGeometry, DirectionalLight, DoubleSide, Group, LineBasicMaterial, LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial,
   PerspectiveCamera, Quaternion, Raycaster, RingGeometry, Scene, SphereGeometry, Sprite, Vector2, Vector3, WebGLRenderer, type Object3D,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
@@ -120,6 +120,25 @@ export class BladeScene {
     this.draw();
   }
   private tiles: Tiles | undefined;
+
+  // Closed lines, three numbers a place; centre: the surface's.
+  setLaps(laps: readonly number[][], centre: Vector): void {
+    this.stopLaps();
+    const material = new LineBasicMaterial({ color: 0x1f2933 });
+    for (const lap of laps) {
+      const geometry = new BufferGeometry();
+      geometry.setAttribute('position', new BufferAttribute(Float32Array.from(lap, (value, i) => value - centre[i % 3]!), 3));
+      this.laps.add(new LineLoop(geometry, material));
+    }
+    this.scene.add(this.laps);
+    this.canvas.dataset['laps'] = String(laps.length);
+    this.draw();
+  }
+  private readonly laps = new Group();
+  private stopLaps(): void {
+    for (const lap of this.laps.children as LineLoop[]) { lap.geometry.dispose(); (lap.material as LineBasicMaterial).dispose(); }
+    this.laps.clear();
+  }
 
   setScale(scaleUm: number, bandUm: number): void {
     this.clouds.setScale(scaleUm, bandUm);
@@ -278,6 +297,7 @@ export class BladeScene {
     this.controls.dispose();
     this.clouds.stop();
     this.tiles?.stop();
+    this.stopLaps();
     this.renderer.dispose();
   }
 

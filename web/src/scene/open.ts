@@ -5,6 +5,7 @@ import type { Registration } from '#proto/sixpoint/registration/v1/registration_
 import { PointFormat, ScanService } from '#proto/sixpoint/ingest/v1/ingest_pb';
 import type { Scan } from '#proto/sixpoint/ingest/v1/scan_pb';
 import { ReconstructionService } from '#proto/sixpoint/correction/v1/reconstruction_pb';
+import { RepairService } from '#proto/sixpoint/correction/v1/repair_pb';
 import { DeviationService } from '#proto/sixpoint/inspection/v1/deviation_pb';
 import { PlantService } from '#proto/sixpoint/plant/v1/plant_pb';
 import { client } from '../plant/clients';
@@ -49,6 +50,31 @@ export async function fetchStock(name: string, patchMm: number, signal: AbortSig
     for (let i = 0; i < some.stockUm.length; ++i) patches.areasMm2.push(patchMm * patchMm);
   }
   return patches;
+}
+
+// Places of a repair's target: by what the path leaves there, or by their expanded uncertainty.
+export async function fetchTarget(name: string, isRest: boolean, signal: AbortSignal): Promise<Patches> {
+  const patches: Patches = { centresMm: [], normals: [], areasMm2: [], meansUm: [] };
+  for await (const contour of client(RepairService).downloadTargetContours({ name }, { signal })) {
+    const at = contour.pointsInPartMm, count = contour.restUm.length;
+    for (let i = 0; i < count; ++i) {
+      const before = 3 * ((i + count - 1) % count), after = 3 * ((i + 1) % count);
+      // Contours run counter-clockwise about Z: outward is to the right.
+      const x = at[after]! - at[before]!, y = at[after + 1]! - at[before + 1]!, length = Math.hypot(x, y) || 1;
+      patches.centresMm.push(at[3 * i]!, at[3 * i + 1]!, at[3 * i + 2]!);
+      patches.normals.push(y / length, -x / length, 0);
+      patches.areasMm2.push((length / 2) ** 2);
+      patches.meansUm.push(isRest ? contour.restUm[i]! : contour.expandedUncertaintiesUm[i]!);
+    }
+  }
+  return patches;
+}
+
+// The ball's way along the finishing laps of a repair.
+export async function fetchFinishingLaps(name: string, signal: AbortSignal): Promise<number[][]> {
+  const laps: number[][] = [];
+  for await (const lap of client(RepairService).downloadRepairPath({ name }, { signal })) if (lap.allowanceMm === 0) laps.push(lap.centresInPartMm);
+  return laps;
 }
 
 function mappingOf(facts: BladeFacts, registration: Registration, scan: Scan): Mapping {
