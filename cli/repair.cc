@@ -54,7 +54,7 @@ struct PlanRepairArguments {
   double first_mm = 0, line_mm = 0, target_mm = 0, diameter_mm = 0, length_mm = 0;
   bool cornered_edges = false;
   std::optional<double> line_width_mm, farthest_mm, scallop_um, lead_deg, tilt_deg, depth_mm, allowance_mm, step_mm,
-      guard_um, chord_um, turn_deg;
+      guard_um, chord_um, turn_deg, uncertainty_um;
 };
 
 correction::v1::PlanRepairRequest RepairRequestOf(const PlanRepairArguments& arguments) {
@@ -83,6 +83,7 @@ correction::v1::PlanRepairRequest RepairRequestOf(const PlanRepairArguments& arg
   if (arguments.guard_um) method.set_guard_um(*arguments.guard_um);
   if (arguments.chord_um) method.set_chord_um(*arguments.chord_um);
   if (arguments.turn_deg) method.set_greatest_turn_deg(*arguments.turn_deg);
+  if (arguments.uncertainty_um) method.set_greatest_uncertainty_um(*arguments.uncertainty_um);
   return request;
 }
 
@@ -113,6 +114,8 @@ void AddPlanRepairCommand(Command* repair, Session* session) {
   plan->AddOption("--guard-um", &arguments->guard_um, "Kept clear of the surface below the line; without it 10");
   plan->AddOption("--chord-um", &arguments->chord_um, "Of the path between two places; without it 1");
   plan->AddOption("--turn-deg", &arguments->turn_deg, "Of the mill's axis between two places; without it 1.2");
+  plan->AddOption("--uncertainty-um", &arguments->uncertainty_um,
+                  "A target that is more uncertain anywhere is refused; without it 50");
   session->OnCommand(plan, [session, arguments]() -> absl::Status {
     return CallAndPrint<RepairService>(session, "correction", &RepairService::Stub::PlanRepair,
                                        RepairRequestOf(*arguments), RepairText, "planning the repair")

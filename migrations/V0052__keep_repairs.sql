@@ -31,6 +31,7 @@ CREATE TABLE repairs (
   guard_um double precision NOT NULL,
   chord_um double precision NOT NULL,
   greatest_turn_deg double precision NOT NULL,
+  greatest_uncertainty_um double precision NOT NULL,
   camber_determination double precision,
   thickness_determination double precision,
   leading_determination double precision,
@@ -73,7 +74,8 @@ CREATE TABLE repairs (
   CONSTRAINT repairs_asked CHECK (farthest_mm BETWEEN 0.5 AND 20 AND asked_scallop_um BETWEEN 0.5 AND 200 AND lead_deg BETWEEN -75 AND 75
     AND tilt_deg BETWEEN -75 AND 75 AND depth_of_cut_mm BETWEEN 0.02 AND 10 AND finish_allowance_mm BETWEEN 0.005 AND 5
     AND roughing_step_mm BETWEEN 0.05 AND 10 AND guard_um BETWEEN 0 AND 500 AND chord_um BETWEEN 0.1 AND 20
-    AND greatest_turn_deg BETWEEN 0.1 AND 10),
+    AND greatest_turn_deg BETWEEN 0.1 AND 10
+    AND greatest_uncertainty_um BETWEEN 1 AND 5000),
   CONSTRAINT repairs_leading CHECK (leading_in_part_mm IS NULL OR cardinality(leading_in_part_mm) = 3
     AND array_position(leading_in_part_mm, NULL) IS NULL),
   CONSTRAINT repairs_determination CHECK (num_nulls(camber_determination, thickness_determination, leading_determination,

@@ -10,23 +10,24 @@
 namespace sixpoint::storage {
 namespace {
 
-#define SIXPOINT_REPAIR_COLUMNS                                                                          \
-  "repair_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, "     \
-  "sensor_calibration_id, rotation_calibration_id, method, first_mm, repair_line_mm, target_mm, "        \
-  "line_width_mm, mill_diameter_mm, mill_length_mm, extrapolation, cornered_edges, "                     \
-  "leading_in_part_mm, farthest_mm, asked_scallop_um, lead_deg, tilt_deg, depth_of_cut_mm, "             \
-  "finish_allowance_mm, roughing_step_mm, guard_um, chord_um, greatest_turn_deg, camber_determination, " \
-  "thickness_determination, leading_determination, trailing_determination, below_line_count, "           \
-  "above_line_count, left_out_count, greatest_stock_mm, step_over_mm, roughing_layer_count, "            \
-  "lap_count, place_count, path_length_mm, greatest_lift_um, place_count_below_line, "                   \
-  "deepest_below_line_um, deepest_in_target_um, deepest_beyond_uncertainty_um, greatest_rest_um, "       \
+#define SIXPOINT_REPAIR_COLUMNS                                                                             \
+  "repair_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, "        \
+  "sensor_calibration_id, rotation_calibration_id, method, first_mm, repair_line_mm, target_mm, "           \
+  "line_width_mm, mill_diameter_mm, mill_length_mm, extrapolation, cornered_edges, "                        \
+  "leading_in_part_mm, farthest_mm, asked_scallop_um, lead_deg, tilt_deg, depth_of_cut_mm, "                \
+  "finish_allowance_mm, roughing_step_mm, guard_um, chord_um, greatest_turn_deg, greatest_uncertainty_um, " \
+  "camber_determination, "                                                                                  \
+  "thickness_determination, leading_determination, trailing_determination, below_line_count, "              \
+  "above_line_count, left_out_count, greatest_stock_mm, step_over_mm, roughing_layer_count, "               \
+  "lap_count, place_count, path_length_mm, greatest_lift_um, place_count_below_line, "                      \
+  "deepest_below_line_um, deepest_in_target_um, deepest_beyond_uncertainty_um, greatest_rest_um, "          \
   "mean_rest_um, contours_sha256, path_sha256, requested_by, software_version, computed_on"
 constexpr char kInsertRepair[] =
     "INSERT INTO repairs (" SIXPOINT_REPAIR_COLUMNS
     ") VALUES ("
     "$1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, "
     "$23, $24, $25, $26, $27, $28, $29, $30, $31, $32, $33, $34, $35, $36, $37, $38, $39, $40, $41, $42, "
-    "$43, $44, $45, $46, $47, $48, $49, $50, $51, $52, $53, $54)";
+    "$43, $44, $45, $46, $47, $48, $49, $50, $51, $52, $53, $54, $55)";
 #define SIXPOINT_SELECT_REPAIRS                                                               \
   "SELECT " SIXPOINT_REPAIR_COLUMNS                                                           \
   ", record_sequence, recorded_at, name_of(requested_by), entry_order, entry_operation FROM " \
@@ -74,7 +75,10 @@ Params RepairParams(const RepairRow& row) {
   applied.leading_in_part_mm.empty() ? params.Null() : params.Reals(applied.leading_in_part_mm);
   params.Real(applied.farthest_mm).Real(applied.scallop_um).Real(applied.lead_deg).Real(applied.tilt_deg);
   params.Real(applied.depth_of_cut_mm).Real(applied.finish_allowance_mm).Real(applied.roughing_step_mm);
-  params.Real(applied.guard_um).Real(applied.chord_um).Real(applied.greatest_turn_deg);
+  params.Real(applied.guard_um)
+      .Real(applied.chord_um)
+      .Real(applied.greatest_turn_deg)
+      .Real(applied.greatest_uncertainty_um);
   if (row.determination)
     params.Real(row.determination->camber)
         .Real(row.determination->thickness)
@@ -113,6 +117,7 @@ RepairMethodRow ReadRepairMethod(const Rows& rows, int row) {
   applied.guard_um = rows.Real(row, 26);
   applied.chord_um = rows.Real(row, 27);
   applied.greatest_turn_deg = rows.Real(row, 28);
+  applied.greatest_uncertainty_um = rows.Real(row, 29);
   return applied;
 }
 
@@ -129,33 +134,33 @@ RepairRow ReadRepair(const Rows& rows, int row) {
   found.rotation_calibration_id = rows.Text(row, 8);
   found.method = rows.Text(row, 9);
   found.applied = ReadRepairMethod(rows, row);
-  if (!rows.IsNull(row, 29))
+  if (!rows.IsNull(row, 30))
     found.determination =
-        RepairDeterminationRow{rows.Real(row, 29), rows.Real(row, 30), rows.Real(row, 31), rows.Real(row, 32)};
-  found.below_line_count = rows.Int(row, 33);
-  found.above_line_count = rows.Int(row, 34);
-  found.left_out_count = rows.Int(row, 35);
-  found.greatest_stock_mm = rows.Real(row, 36);
-  found.step_over_mm = rows.Real(row, 37);
-  found.roughing_layer_count = static_cast<int>(rows.Int(row, 38));
-  found.lap_count = static_cast<int>(rows.Int(row, 39));
-  found.place_count = static_cast<int>(rows.Int(row, 40));
-  found.path_length_mm = rows.Real(row, 41);
-  found.greatest_lift_um = rows.Real(row, 42);
-  found.removal = {static_cast<int>(rows.Int(row, 43)),
-                   rows.Real(row, 44),
+        RepairDeterminationRow{rows.Real(row, 30), rows.Real(row, 31), rows.Real(row, 32), rows.Real(row, 33)};
+  found.below_line_count = rows.Int(row, 34);
+  found.above_line_count = rows.Int(row, 35);
+  found.left_out_count = rows.Int(row, 36);
+  found.greatest_stock_mm = rows.Real(row, 37);
+  found.step_over_mm = rows.Real(row, 38);
+  found.roughing_layer_count = static_cast<int>(rows.Int(row, 39));
+  found.lap_count = static_cast<int>(rows.Int(row, 40));
+  found.place_count = static_cast<int>(rows.Int(row, 41));
+  found.path_length_mm = rows.Real(row, 42);
+  found.greatest_lift_um = rows.Real(row, 43);
+  found.removal = {static_cast<int>(rows.Int(row, 44)),
                    rows.Real(row, 45),
                    rows.Real(row, 46),
                    rows.Real(row, 47),
-                   rows.Real(row, 48)};
-  found.contours_sha256 = rows.Digest(row, 49);
-  found.path_sha256 = rows.Digest(row, 50);
-  found.software_version = rows.Text(row, 52);
-  found.computed_on = rows.Text(row, 53);
-  found.recorded = {rows.Int(row, 54), rows.Time(row, 55)};
-  found.requested_by = rows.Text(row, 56);
-  found.work_order = rows.OptionalText(row, 57);
-  found.operation = rows.OptionalText(row, 58);
+                   rows.Real(row, 48),
+                   rows.Real(row, 49)};
+  found.contours_sha256 = rows.Digest(row, 50);
+  found.path_sha256 = rows.Digest(row, 51);
+  found.software_version = rows.Text(row, 53);
+  found.computed_on = rows.Text(row, 54);
+  found.recorded = {rows.Int(row, 55), rows.Time(row, 56)};
+  found.requested_by = rows.Text(row, 57);
+  found.work_order = rows.OptionalText(row, 58);
+  found.operation = rows.OptionalText(row, 59);
   return found;
 }
 

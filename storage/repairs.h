@@ -25,7 +25,7 @@ struct RepairMethodRow {
   std::vector<double> leading_in_part_mm;  // empty: not stated
   double farthest_mm = 0, scallop_um = 0, lead_deg = 0, tilt_deg = 0;
   double depth_of_cut_mm = 0, finish_allowance_mm = 0, roughing_step_mm = 0;
-  double guard_um = 0, chord_um = 0, greatest_turn_deg = 0;
+  double guard_um = 0, chord_um = 0, greatest_turn_deg = 0, greatest_uncertainty_um = 0;
 };
 
 struct RepairSectionRow {

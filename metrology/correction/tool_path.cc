@@ -175,7 +175,10 @@ absl::StatusOr<CorrectedToolPath> CorrectToolPath(const NominalToolPath& path, c
   const PathChain chain{path, pose, axes, axes.Growth(drilling.stretch), steps, letters, keep_going};
   const auto solved = chain.Solve(pose.zero_from_part, axes, path.nominal, limits, 1);
   if (!solved.ok()) return UnderField(prefix, solved.status());
-  const auto nominal = chain.Solve(zero_from_part_nominal, axes, path.nominal, kUnlimited, 1);
+  // Of several ways the nominal part takes the same as the real one: that which its machine can go. Where it can go none, limits do not bind what
+  // is not cut.
+  auto nominal = chain.Solve(zero_from_part_nominal, axes, path.nominal, limits, 1);
+  if (!nominal.ok()) nominal = chain.Solve(zero_from_part_nominal, axes, path.nominal, kUnlimited, 1);
   if (!nominal.ok()) return UnderField(prefix + "nominal.", nominal.status());
 
   std::vector<RotaryAngles> commands;

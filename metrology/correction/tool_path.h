@@ -79,8 +79,8 @@ std::vector<ToolTarget> TargetsOf(const NominalToolPath& path, const Eigen::Isom
 // the path solved anew for each parameter: where B is led, it is led there too.
 // INVALID_ARGUMENT, with field, value and wanted: no name or pose, too many poses, an axis that is not unit, what is not finite. OUT_OF_RANGE, with
 // fields "paths[NAME].targets[7].B" (poses from 0): beyond limits, by how much; a direction that is not reached, by which angle; a jump, of
-// which joint and how long; "paths[NAME].nominal.targets[7].B" likewise of the nominal part, which limits do not bind.
-// CANCELLED where keep_going (may be empty) says no.
+// which joint and how long; "paths[NAME].nominal.targets[7].B" likewise of the nominal part, which limits bind where it can
+// keep them: so it goes the same of several ways. CANCELLED where keep_going (may be empty) says no.
 absl::StatusOr<CorrectedToolPath> CorrectToolPath(const NominalToolPath& path, const RegisteredPose& pose,
                                                   const Eigen::Isometry3d& zero_from_part_nominal,
                                                   const RotaryAxes& axes, const RotaryLimits& limits,

@@ -98,6 +98,19 @@ absl::Status CheckRepair(const RepairOptions& options) {
   return refusals.status();
 }
 
+// Where it is too uncertain it may as well fold: nothing is asked of its form before.
+absl::Status CheckCertain(const std::vector<TargetSection>& target, const RepairOptions& options) {
+  double worst_mm = 0, at_mm = 0;
+  for (const TargetSection& section : target)
+    for (const double standard_mm : section.standard_mm)
+      if (const double expanded_mm = options.coverage_factor * standard_mm; !(expanded_mm <= worst_mm))
+        worst_mm = expanded_mm, at_mm = section.z_mm;
+  if (worst_mm <= options.greatest_uncertainty_mm) return absl::OkStatus();
+  return Refuse("target", "uncertain by " + Rounded(1e3 * worst_mm) + " um at " + Rounded(at_mm) + " mm",
+                "at most " + Rounded(1e3 * options.greatest_uncertainty_mm) +
+                    " um: less of it, more of the blade below the line, or more that is allowed");
+}
+
 absl::Status Gone() { return absl::CancelledError("repair: the client went away"); }
 
 }  // namespace
@@ -166,6 +179,7 @@ absl::StatusOr<RepairPlan> PlanRepair(const Points& points_mm, const RepairOptio
   auto target = Extrapolate(plan.measured.sections, *nominal, *asked, options.extrapolation, threads);
   if (!target.ok()) return target.status();
   plan.target = *std::move(target);
+  if (absl::Status certain = CheckCertain(plan.target.sections, options); !certain.ok()) return certain;
   const WeldStock weld = WeldStockOf(plan.target.sections, stack.origin_mm, points_mm);
   if (!(weld.seen_part >= kLeastSeenOfWeld))
     return Refuse("weld", Rounded(100 * weld.seen_part) + " % of it seen",

@@ -22,7 +22,8 @@ struct RepairOptions {
   double chord_mm = 1e-3;  // of the path between two of its places
   double greatest_turn_rad =
       0.02;  // of the axis, between two of them: a control that leads axes leaves the line by a lever times its square
-  double coverage_factor = 1.959964;  // of expanded uncertainties: a normal value's 95 %
+  double greatest_uncertainty_mm = 0.05;  // expanded, of a node of the target
+  double coverage_factor = 1.959964;      // of expanded uncertainties: a normal value's 95 %
   std::function<bool()> keep_going = {};
 };
 
@@ -49,7 +50,8 @@ inline constexpr double kDeepestBelowLine_mm = 1e-3;
 // And into the target, beyond what is uncertain of it.
 inline constexpr double kDeepestBeyondUncertainty_mm = 1e-3;
 
-// INVALID_ARGUMENT, by name: as MeasureSections, NominalSections, Extrapolate and PlanPath refuse; no drawing; a scallop that no step-over makes; a
+// INVALID_ARGUMENT, by name: as MeasureSections, NominalSections, Extrapolate and PlanPath refuse; no drawing; a scallop that no step-over makes; a target that is too
+// uncertain ("target"); a
 // path that cuts below the line, or into the target beyond its uncertainty ("path"). CANCELLED where the caller is gone.
 absl::StatusOr<RepairPlan> PlanRepair(const Points& points_mm, const RepairOptions& options);
 

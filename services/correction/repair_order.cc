@@ -84,6 +84,8 @@ absl::StatusOr<storage::RepairMethodRow> RepairMethodOf(const v1::PlanRepairRequ
   method.chord_um = read("chord_um", asked.has_chord_um(), asked.chord_um(), 1, 0.1, 20);
   method.greatest_turn_deg =
       read("greatest_turn_deg", asked.has_greatest_turn_deg(), asked.greatest_turn_deg(), 1.2, 0.1, 10);
+  method.greatest_uncertainty_um = read("greatest_uncertainty_um", asked.has_greatest_uncertainty_um(),
+                                        asked.greatest_uncertainty_um(), 50, 1, 5000);
   if (!refusals.status().ok()) return refusals.status();
   return method;
 }
@@ -104,6 +106,7 @@ metrology::RepairOptions RepairOptionsOf(const storage::RepairMethodRow& method,
   options.scallop_mm = 1e-3 * method.scallop_um;
   options.guard_mm = 1e-3 * method.guard_um;
   options.chord_mm = 1e-3 * method.chord_um;
+  options.greatest_uncertainty_mm = 1e-3 * method.greatest_uncertainty_um;
   options.greatest_turn_rad = method.greatest_turn_deg * runtime::kRadPerDeg;
   metrology::PathOptions& path = options.path;
   path.mill = {method.mill_diameter_mm / 2, method.mill_length_mm};

@@ -163,6 +163,7 @@ void Fill(const storage::RepairMethodRow& row, v1::Repair* out) {
   method.set_guard_um(row.guard_um);
   method.set_chord_um(row.chord_um);
   method.set_greatest_turn_deg(row.greatest_turn_deg);
+  method.set_greatest_uncertainty_um(row.greatest_uncertainty_um);
 }
 
 absl::Status Fill(const storage::RepairSectionRow& row, const std::string& what, v1::RepairSection* out) {

@@ -246,7 +246,7 @@ struct Repairs {
     Row row = RowOfThePlant<Row>();
     row.registration_id = std::string(sixpoint::testing::kRegistration).substr(14);
     row.method = "BEST_FIT";
-    row.applied = {2, 30, 38, 1, 6, 40, "POLYNOMIAL", true, {1, 2, 3}, 5, 5, 0, 50, 0.5, 0.1, 1, 10, 1, 1.2};
+    row.applied = {2, 30, 38, 1, 6, 40, "POLYNOMIAL", true, {1, 2, 3}, 5, 5, 0, 50, 0.5, 0.1, 1, 10, 1, 1.2, 50};
     row.determination = RepairDeterminationRow{0.99, 0.98, 0.97, 0.96};
     row.below_line_count = 1;
     row.step_over_mm = 0.3;

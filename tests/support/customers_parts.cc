@@ -260,7 +260,7 @@ std::string PutRepair(storage::Transaction& transaction, const std::string& part
   row.repair_id = storage::NewUuid();
   row.registration_id = IdOf(registration);
   row.method = "BEST_FIT";
-  row.applied = {2, 30, 38, 1, 6, 40, "PROCESS_OF_DEVIATION", false, {}, 5, 5, 0, 50, 0.5, 0.1, 1, 10, 1, 1.2};
+  row.applied = {2, 30, 38, 1, 6, 40, "PROCESS_OF_DEVIATION", false, {}, 5, 5, 0, 50, 0.5, 0.1, 1, 10, 1, 1.2, 50};
   row.below_line_count = 1000;
   row.greatest_stock_mm = 1.2;
   row.step_over_mm = 0.3;

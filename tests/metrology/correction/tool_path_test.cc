@@ -45,6 +45,19 @@ TEST(ToolPath, OfAFanOnAPlaneIsTheClosedForm) {
   }
 }
 
+// Of two ways to stand there only one is within the limits; the nominal part goes it too, or the gate would call it another way.
+TEST(ToolPath, TheNominalPartGoesTheWayThatTheMachineCan) {
+  const RotaryLimits limits{100 * kRad, 260 * kRad, 100 * kRad, 260 * kRad};
+  const auto corrected = CorrectToolPath(FanOnAPlane(11), ExactPose(TurnedBy({1, 0, 0})), Eigen::Isometry3d::Identity(),
+                                         {}, limits, kSomeSteps);
+  ASSERT_TRUE(corrected.ok()) << corrected.status();
+  for (const CorrectedToolPose& pose : corrected->poses) {
+    EXPECT_NEAR(pose.corrected.b_rad, 179 * kRad, 1e-12);
+    EXPECT_NEAR(pose.nominal_angles.b_rad, 180 * kRad, 1e-12);
+    EXPECT_NEAR(pose.nominal_angles.a_rad, pose.corrected.a_rad, 1e-12);
+  }
+}
+
 // The part is moved by a known transform; the commands, through the machine's own chain, come back to the nominal poses on the part.
 TEST(ToolPath, ComesBackToTheNominalPosesThroughTheMachine) {
   std::mt19937_64 random(11);

@@ -130,6 +130,9 @@ TEST_F(RepairPlanTest, RefusesByName) {
   options_.stack.heights.cutoff_mm = 20;
   EXPECT_THAT(Refusal(), HasSubstr("heights.cutoff_mm: 20, want at least 25.3"));
   options_.stack.heights.cutoff_mm = kLine_mm;
+  options_.greatest_uncertainty_mm = 1e-3;
+  EXPECT_THAT(Refusal(), HasSubstr(" mm, want at most 1 um: less of it"));
+  options_.greatest_uncertainty_mm = 0.05;
   // One side of the weld was not scanned.
   const auto unseen = [](const Vector3d& point) { return point.z() > kLine_mm && point.x() > 4; };
   cloud_.erase(std::remove_if(cloud_.begin(), cloud_.end(), unseen), cloud_.end());

@@ -87,6 +87,7 @@ class RepairServiceTest : public ::testing::Test {
     method.set_scallop_um(100);
     method.set_depth_of_cut_mm(1);
     method.set_chord_um(5);
+    method.set_greatest_uncertainty_um(100);
     return request;
   }
   absl::StatusOr<v1::Repair> Plan(v1::PlanRepairRequest request) {
@@ -309,6 +310,9 @@ TEST_F(RepairServiceTest, RefusesByNameAndWritesNothing) {
   request.clear_mill();
   request.clear_heights();
   EXPECT_THAT(Refusal(request), ::testing::AllOf(HasSubstr("heights: "), HasSubstr("mill: ")));
+  request = Request();
+  request.mutable_method()->clear_greatest_uncertainty_um();
+  EXPECT_THAT(Refusal(request), HasSubstr("target: uncertain by "));
   request = Request();
   request.mutable_method()->set_lead_deg(74);
   request.mutable_method()->set_tilt_deg(-20);
