@@ -251,6 +251,25 @@ TEST(PlantDocuments, APostProcessorOfTheDocsIsReadInsteadOfATemplate) {
   EXPECT_THAT(LoadMachiningModel(Example("model.yaml"), "").status().message(), HasSubstr("or a post_processor in"));
 }
 
+// What a repair asks of a model: one operation of one path, a post-processor with laps' sections, and a ball-end mill.
+TEST(PlantDocuments, TheModelForRepairsOfTheDocsLeadsLaps) {
+  const auto request = LoadMachiningModel(Example("model_for_repairs.yaml"), "");
+  ASSERT_TRUE(request.ok()) << request.status();
+  const plant::v1::MachiningModel& model = request->machining_model();
+  ASSERT_EQ(model.operations_size(), 1);
+  EXPECT_EQ(model.operations(0).hole_group(), "");
+  EXPECT_EQ(model.operations(0).electrode().diameter_mm(), 6);
+  ASSERT_EQ(model.operations(0).paths_size(), 1);
+  const plant::v1::ToolPath& path = model.operations(0).paths(0);
+  EXPECT_EQ(path.path(), "tip");
+  EXPECT_EQ(path.mouth_mm(), 4);
+  EXPECT_EQ(path.greatest_step_deg(), 20);
+  EXPECT_GE(path.poses_size(), 2);
+  EXPECT_THAT(model.post_processor().path_start(), HasSubstr("{a} {b}"));
+  EXPECT_THAT(model.post_processor().path_pose(), HasSubstr("{x} {y} {z} {a} {b}"));
+  EXPECT_NE(model.post_processor().path_end(), "");
+}
+
 TEST(PlantDocuments, AMachiningModelSaysWhereItIsOdd) {
   const ModelFiles files;
   const std::string nc = files.Put("program.nc", "X1 (SIXPOINT G1/H1)\n");

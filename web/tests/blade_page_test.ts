@@ -186,6 +186,24 @@ test('the shape in the blank: its regions, its stock in colours, and other limit
   await page.context().close();
 });
 
+test('passes over the shape: what each left by region and in colours, and what is to be done', async () => {
+  const page = await signedIn(stage, '/blades/SN-0412');
+  const complaints = complaintsOf(page);
+  const section = page.locator('#passes');
+  assert.match(await section.innerText(), /Done after pass 2/);
+  await section.getByRole('combobox').selectOption('1');
+  assert.match(await section.innerText(), /Another pass after pass 1.*stands 42\.0 um above its shape/s);
+  assert.match(await section.getByRole('region', { name: 'Table: What the pass left by region' }).locator('tr', { hasText: 'leading edge' }).innerText(), /97\.0\s?%.*31\.2.*42\.0.*51\.0.*12\.0.*4\.2.*21/s);
+  await section.getByRole('button', { name: 'Show what it left in 3D' }).click();
+  await page.waitForFunction(() => document.querySelector<HTMLCanvasElement>('#passes canvas')?.dataset['tiles'] === '800', undefined, { timeout: 60_000 });
+  await section.locator('.scale-box').waitFor();
+  await page.waitForTimeout(600);
+  const colours = await coloursOf(page, '#passes .view3d canvas');
+  assert.ok(colours.red > 100 && colours.grey > 100, JSON.stringify(colours));
+  assert.deepEqual(complaints, []);
+  await page.context().close();
+});
+
 test('the repair: heights with their uncertainty, what the path leaves in colours, and the ball on its way', async () => {
   const page = await signedIn(stage, '/blades/SN-0412');
   const complaints = complaintsOf(page);

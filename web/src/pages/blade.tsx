@@ -21,6 +21,7 @@ import { methodWords, Story } from './blade_story';
 import { BladeView } from './blade_view';
 import { Decision } from './decision';
 import { Deviation } from './deviation';
+import { Passes } from './passes';
 import { Reconstruction } from './reconstruction';
 import { Repair } from './repair';
 import { Sections } from './section';
@@ -126,6 +127,7 @@ function Blade({ facts, again }: { facts: BladeFacts; again: () => void }) {
       <AssessmentSection assessments={assessments} facts={facts} />
       <Deviation facts={facts} />
       <Reconstruction facts={facts} />
+      <Passes facts={facts} />
       <Repair facts={facts} />
       <Sections facts={facts} />
       <Story entries={facts.entries} />

@@ -4,7 +4,8 @@ import { Code, ConnectError } from '@connectrpc/connect';
 import type { Registration } from '#proto/sixpoint/registration/v1/registration_pb';
 import { PointFormat, ScanService } from '#proto/sixpoint/ingest/v1/ingest_pb';
 import type { Scan } from '#proto/sixpoint/ingest/v1/scan_pb';
-import { ReconstructionService } from '#proto/sixpoint/correction/v1/reconstruction_pb';
+import { MachiningPassService } from '#proto/sixpoint/correction/v1/machining_pass_pb';
+import { ReconstructionService, type BlankPatches } from '#proto/sixpoint/correction/v1/reconstruction_pb';
 import { RepairService } from '#proto/sixpoint/correction/v1/repair_pb';
 import { DeviationService } from '#proto/sixpoint/inspection/v1/deviation_pb';
 import { PlantService } from '#proto/sixpoint/plant/v1/plant_pb';
@@ -42,15 +43,17 @@ export async function fetchPatches(name: string, signal: AbortSignal): Promise<P
   return patches;
 }
 
-// The blank's patches of a reconstruction, by the stock of each over the shape.
-export async function fetchStock(name: string, patchMm: number, signal: AbortSignal): Promise<Patches> {
+async function stockOf(all: AsyncIterable<BlankPatches>, patchMm: number): Promise<Patches> {
   const patches: Patches = { centresMm: [], normals: [], areasMm2: [], meansUm: [] };
-  for await (const some of client(ReconstructionService).downloadBlankPatches({ name }, { signal })) {
+  for await (const some of all) {
     for (const [from, to] of [[some.pointsInPartMm, patches.centresMm], [some.normalsInPart, patches.normals], [some.stockUm, patches.meansUm]] as const) for (const value of from) to.push(value);
     for (let i = 0; i < some.stockUm.length; ++i) patches.areasMm2.push(patchMm * patchMm);
   }
   return patches;
 }
+// The blank's patches of a reconstruction, by the stock of each over the shape; and what a pass left of it.
+export const fetchStock = (name: string, patchMm: number, signal: AbortSignal): Promise<Patches> => stockOf(client(ReconstructionService).downloadBlankPatches({ name }, { signal }), patchMm);
+export const fetchLeft = (name: string, patchMm: number, signal: AbortSignal): Promise<Patches> => stockOf(client(MachiningPassService).downloadPassPatches({ name }, { signal }), patchMm);
 
 // Places of a repair's target: by what the path leaves there, or by their expanded uncertainty.
 export async function fetchTarget(name: string, isRest: boolean, signal: AbortSignal): Promise<Patches> {
