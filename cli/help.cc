@@ -164,12 +164,10 @@ constexpr Example kExamples[] = {
     {"pass next",
      "sixpoint pass next 7c7a7cb2-6a0c-4f0f-9a3c-2f8d5c8e2b11 --registration 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e"},
     {"repair plan",
-     "sixpoint repair plan 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --first-mm 2 --line-mm 30 --target-mm 38 --diameter-mm "
-     "6 "
-     "--length-mm 40\n"
-     "sixpoint repair plan 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --first-mm 2 --line-mm 30 --target-mm 38 --diameter-mm "
-     "4 "
-     "--length-mm 30 --extrapolation polynomial-of-deviation --scallop-um 3"},
+     "sixpoint repair plan 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --first-mm 2 --line-mm 30 --target-mm 38 "
+     "--diameter-mm 6 --length-mm 40\n"
+     "sixpoint repair plan 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --first-mm 2 --line-mm 30 --target-mm 38 "
+     "--diameter-mm 4 --length-mm 30 --extrapolation polynomial-of-deviation --scallop-um 3"},
     {"repair list", "sixpoint repair list --blade SN-1"},
     {"repair path", "sixpoint repair path 018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e --out path.csv"},
     {"pass list", "sixpoint pass list --blade SN-1 --outcome another-pass"},

@@ -22,7 +22,7 @@ CREATE TABLE repairs (
   cornered_edges boolean NOT NULL,
   leading_in_part_mm double precision[],
   farthest_mm double precision NOT NULL,
-  asked_scallop_um double precision NOT NULL,
+  scallop_um double precision NOT NULL,
   lead_deg double precision NOT NULL,
   tilt_deg double precision NOT NULL,
   depth_of_cut_mm double precision NOT NULL,
@@ -71,7 +71,7 @@ CREATE TABLE repairs (
   CONSTRAINT repairs_heights CHECK (abs(first_mm) < 1e6 AND abs(target_mm) < 1e6 AND first_mm < repair_line_mm
     AND repair_line_mm < target_mm AND line_width_mm BETWEEN 0.1 AND 10),
   CONSTRAINT repairs_mill CHECK (mill_diameter_mm BETWEEN 0.5 AND 20 AND mill_length_mm BETWEEN 1 AND 300),
-  CONSTRAINT repairs_asked CHECK (farthest_mm BETWEEN 0.5 AND 20 AND asked_scallop_um BETWEEN 0.5 AND 200 AND lead_deg BETWEEN -75 AND 75
+  CONSTRAINT repairs_asked CHECK (farthest_mm BETWEEN 0.5 AND 20 AND scallop_um BETWEEN 0.5 AND 200 AND lead_deg BETWEEN -75 AND 75
     AND tilt_deg BETWEEN -75 AND 75 AND depth_of_cut_mm BETWEEN 0.02 AND 10 AND finish_allowance_mm BETWEEN 0.005 AND 5
     AND roughing_step_mm BETWEEN 0.05 AND 10 AND guard_um BETWEEN 0 AND 500 AND chord_um BETWEEN 0.1 AND 20
     AND greatest_turn_deg BETWEEN 0.1 AND 10

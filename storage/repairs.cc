@@ -14,7 +14,7 @@ namespace {
   "repair_id, blade_serial, registration_id, machine_id, machine_revision, part_id, part_revision, "        \
   "sensor_calibration_id, rotation_calibration_id, method, first_mm, repair_line_mm, target_mm, "           \
   "line_width_mm, mill_diameter_mm, mill_length_mm, extrapolation, cornered_edges, "                        \
-  "leading_in_part_mm, farthest_mm, asked_scallop_um, lead_deg, tilt_deg, depth_of_cut_mm, "                \
+  "leading_in_part_mm, farthest_mm, scallop_um, lead_deg, tilt_deg, depth_of_cut_mm, "                      \
   "finish_allowance_mm, roughing_step_mm, guard_um, chord_um, greatest_turn_deg, greatest_uncertainty_um, " \
   "camber_determination, "                                                                                  \
   "thickness_determination, leading_determination, trailing_determination, below_line_count, "              \

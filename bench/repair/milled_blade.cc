@@ -41,7 +41,7 @@ void StandOn(const metrology::Outline& outline, double z_mm, const Vector2d& ori
     dexels->push_back({{point.x(), point.y(), z_mm}, {normal.x(), normal.y(), 0}, top_mm});
     if (expanded_mm == nullptr) continue;
     const std::size_t next = outline.Next(place.node);
-    expanded_mm->push_back(1.96 * std::min((*standard_mm)[place.node], (*standard_mm)[next]));
+    expanded_mm->push_back(metrology::kTargetCoverage * std::min((*standard_mm)[place.node], (*standard_mm)[next]));
   }
 }
 

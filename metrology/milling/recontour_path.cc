@@ -17,8 +17,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kMostAngle_deg = 75;
-// Between two places: a ball of 3 mm on a straight way cuts 0.4 um and 0.2 um deeper.
-constexpr double kPlaceSpacing_mm = 0.1, kPlaceTurn_rad = 0.02;
+// Between two places, as kPlaceSpacing_mm: a ball of 3 mm on a straight way cuts 0.2 um and 0.4 um deeper.
+constexpr double kPlaceTurn_rad = 0.02;
 constexpr double kMostParts = 1000;
 constexpr double kHollowReserve = 0.9;  // of the hollow side's radius of curvature, that a mill may have
 constexpr double kHollowStretch_mm = 1.5;

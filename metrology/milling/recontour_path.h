@@ -45,6 +45,9 @@ struct ToolPlace {
       0;  // along the normal beyond the layer's allowance, so that nothing below the repair line is touched
 };
 
+// Between two places of a pass, at most.
+inline constexpr double kPlaceSpacing_mm = 0.1;
+
 // Around the blade once; its last place is followed by its first.
 struct RecontourPass {
   double z_mm = 0;

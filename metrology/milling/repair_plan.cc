@@ -18,7 +18,7 @@ constexpr double kRemovalDepth_mm =
     0.25;                               // so far below the surface removal is followed: less than half of a thin edge
 constexpr double kMostLean_rad = 1e-3;  // of a place that is left out, off the way between those that are kept
 constexpr double kLeastSeenOfWeld = 0.9;
-constexpr double kMostContours = 2000, kMostLaps = 10'000;
+constexpr double kMostContours = 2000, kMostLaps = 10'000, kMostPlaces = 3e6;  // places: a hundred bytes each
 
 // Of a place beside the straight way between two others: where the way passes it, and how the axis stands there.
 struct OnWay {
@@ -73,11 +73,40 @@ SimulatedRemoval Simulate(const RepairPlan& plan, const GuardedSurface& guard, c
       out.mean_rest_mm += rest / static_cast<double>(top_mm.size());
       out.deepest_in_target_mm = std::max(out.deepest_in_target_mm, -rest);
       out.deepest_beyond_uncertainty_mm =
-          std::max(out.deepest_beyond_uncertainty_mm, -rest - options.coverage_factor * standard_mm);
+          std::max(out.deepest_beyond_uncertainty_mm, -rest - kTargetCoverage * standard_mm);
     }
   }
   return out;
 }
+
+// Where it is too uncertain it may as well fold: nothing is asked of its form before.
+absl::Status CheckCertain(const std::vector<TargetSection>& target, const RepairOptions& options) {
+  double worst_mm = 0, at_mm = 0;
+  for (const TargetSection& section : target)
+    for (const double standard_mm : section.standard_mm)
+      if (const double expanded_mm = kTargetCoverage * standard_mm; !(expanded_mm <= worst_mm))
+        worst_mm = expanded_mm, at_mm = section.z_mm;
+  if (worst_mm <= options.greatest_uncertainty_mm) return absl::OkStatus();
+  return Refuse("target", "uncertain by " + Rounded(1e3 * worst_mm) + " um at " + Rounded(at_mm) + " mm",
+                "at most " + Rounded(1e3 * options.greatest_uncertainty_mm) +
+                    " um: less of it, more of the blade below the line, or more that is allowed");
+}
+
+// Laps, and their places before they are thinned, before any of them is made.
+absl::Status CheckPlaces(const RepairPlan& plan, const RepairOptions& options) {
+  const double layers = std::ceil(plan.stock_mm / options.path.depth_of_cut_mm) + 1;
+  double places = 0;
+  for (const TargetSection& section : plan.target.sections)
+    places += layers * (section.outline.length_mm() / kPlaceSpacing_mm + static_cast<double>(section.outline.size()));
+  if (layers * static_cast<double>(plan.target.sections.size()) <= kMostLaps && places <= kMostPlaces)
+    return absl::OkStatus();
+  return Refuse("depth_of_cut_mm", options.path.depth_of_cut_mm,
+                "so thick that there are at most 10000 laps of 3 million places; or a higher scallop");
+}
+
+absl::Status Gone() { return absl::CancelledError("repair: the client went away"); }
+
+}  // namespace
 
 absl::Status CheckRepair(const RepairOptions& options) {
   Refusals refusals;
@@ -97,23 +126,6 @@ absl::Status CheckRepair(const RepairOptions& options) {
   refusals.Add(CheckHeights(options.stack.heights));
   return refusals.status();
 }
-
-// Where it is too uncertain it may as well fold: nothing is asked of its form before.
-absl::Status CheckCertain(const std::vector<TargetSection>& target, const RepairOptions& options) {
-  double worst_mm = 0, at_mm = 0;
-  for (const TargetSection& section : target)
-    for (const double standard_mm : section.standard_mm)
-      if (const double expanded_mm = options.coverage_factor * standard_mm; !(expanded_mm <= worst_mm))
-        worst_mm = expanded_mm, at_mm = section.z_mm;
-  if (worst_mm <= options.greatest_uncertainty_mm) return absl::OkStatus();
-  return Refuse("target", "uncertain by " + Rounded(1e3 * worst_mm) + " um at " + Rounded(at_mm) + " mm",
-                "at most " + Rounded(1e3 * options.greatest_uncertainty_mm) +
-                    " um: less of it, more of the blade below the line, or more that is allowed");
-}
-
-absl::Status Gone() { return absl::CancelledError("repair: the client went away"); }
-
-}  // namespace
 
 std::vector<ToolPlace> Thinned(const std::vector<ToolPlace>& places, double chord_mm, double greatest_turn_rad) {
   const std::size_t count = places.size();
@@ -164,6 +176,7 @@ absl::StatusOr<RepairPlan> PlanRepair(const Points& points_mm, const RepairOptio
   const StackOptions& stack = options.stack;
   const int threads = stack.thread_count;
   RepairPlan plan;
+  plan.origin_mm = stack.origin_mm;
   auto measured = MeasureSections(points_mm, stack);
   if (!measured.ok()) return measured.status();
   plan.measured = *std::move(measured);
@@ -185,9 +198,7 @@ absl::StatusOr<RepairPlan> PlanRepair(const Points& points_mm, const RepairOptio
     return Refuse("weld", Rounded(100 * weld.seen_part) + " % of it seen",
                   "at least 90: where it was not seen, nobody knows how much the mill would take at once");
   plan.stock_mm = weld.greatest_mm;
-  const double layers = std::ceil(plan.stock_mm / options.path.depth_of_cut_mm) + 1;
-  if (layers * static_cast<double>(laps_mm.size()) > kMostLaps)
-    return Refuse("depth_of_cut_mm", options.path.depth_of_cut_mm, "so thick that there are at most 10000 laps");
+  if (absl::Status few = CheckPlaces(plan, options); !few.ok()) return few;
   const GuardedSurface guard =
       GuardBelow(plan.measured.sections, stack.origin_mm, options.path.mill.radius_mm, options.guard_mm);
   if (!going()) return Gone();

@@ -13,6 +13,9 @@
 
 namespace sixpoint::metrology {
 
+// By which a node's standard uncertainty is expanded: a normal value's 95 %.
+inline constexpr double kTargetCoverage = 1.959964;
+
 struct RepairOptions {
   StackOptions stack;  // with the drawing's surface
   ExtrapolationMethod extrapolation = ExtrapolationMethod::kProcessOfDeviation;
@@ -23,7 +26,6 @@ struct RepairOptions {
   double greatest_turn_rad =
       0.02;  // of the axis, between two of them: a control that leads axes leaves the line by a lever times its square
   double greatest_uncertainty_mm = 0.05;  // expanded, of a node of the target
-  double coverage_factor = 1.959964;      // of expanded uncertainties: a normal value's 95 %
   std::function<bool()> keep_going = {};
 };
 
@@ -39,7 +41,8 @@ struct SimulatedRemoval {
 
 struct RepairPlan {
   MeasuredStack measured;
-  Extrapolation target;  // at the finishing laps' heights
+  Extrapolation target;                                 // at the finishing laps' heights
+  Eigen::Vector2d origin_mm = Eigen::Vector2d::Zero();  // of the sections' frames
   double stock_mm = 0, step_over_mm = 0;
   RecontourPath path;  // with the places that the chord asks for
   SimulatedRemoval removal;
@@ -54,6 +57,9 @@ inline constexpr double kDeepestBeyondUncertainty_mm = 1e-3;
 // uncertain ("target"); a
 // path that cuts below the line, or into the target beyond its uncertainty ("path"). CANCELLED where the caller is gone.
 absl::StatusOr<RepairPlan> PlanRepair(const Points& points_mm, const RepairOptions& options);
+
+// What it refuses whatever the points are.
+absl::Status CheckRepair(const RepairOptions& options);
 
 // The closed lap with as few of its places as keep its straight ways within the chord of those left out; moved out along their normals where a way
 // would lie nearer to the wall than those did.

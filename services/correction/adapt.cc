@@ -138,9 +138,8 @@ absl::Status FindPass(const ShapeStores& stores, const runtime::Caller& caller, 
                       std::optional<storage::MachiningPassRow>* pass) {
   const std::string& name = inputs->asked.machining_pass();
   if (name.empty()) return absl::OkStatus();
-  auto row = runtime::GetResult<storage::MachiningPassRow>(
-      *stores.passes, caller.deadline, "machining_passes", name, errors::v1::MACHINING_PASS_NOT_FOUND,
-      [](const storage::MachiningPassRow& found) { return found; });
+  auto row =
+      runtime::FindRow(*stores.passes, caller.deadline, "machining_passes", name, errors::v1::MACHINING_PASS_NOT_FOUND);
   if (!row.ok()) return row.status();
   if (row->outcome != "ANOTHER_PASS")
     return runtime::Refuse("machining_pass", name + " is " + row->outcome, "one after which another pass is due");
@@ -179,9 +178,8 @@ absl::Status AdaptToShape(const ShapeStores& stores, const clients::BladePeers& 
   if (absl::Status found = FindPass(stores, caller, inputs, &pass); !found.ok()) return found;
   const std::string& name = inputs->asked.reconstruction();
   if (name.empty()) return absl::OkStatus();
-  const auto row = runtime::GetResult<storage::ReconstructionRow>(
-      *stores.reconstructions, caller.deadline, "reconstructions", name, errors::v1::RECONSTRUCTION_NOT_FOUND,
-      [](const storage::ReconstructionRow& found) { return found; });
+  const auto row = runtime::FindRow(*stores.reconstructions, caller.deadline, "reconstructions", name,
+                                    errors::v1::RECONSTRUCTION_NOT_FOUND);
   if (!row.ok()) return row.status();
   if (absl::Status good = CheckRow(*row, *inputs); !good.ok()) return good;
   if (absl::Status good = CheckPaths(*inputs); !good.ok()) return good;

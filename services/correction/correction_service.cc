@@ -186,9 +186,8 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
                                                  const v1::ReplayCorrectionRequest* request,
                                                  replay::v1::Replay* response) {
   const runtime::Caller caller = runtime::CallerOf(*context);
-  const auto as_row = [](const storage::CorrectionRow& row) { return row; };
-  const auto row = runtime::GetResult<storage::CorrectionRow>(*store_, caller.deadline, "corrections", request->name(),
-                                                              errors::v1::CORRECTION_NOT_FOUND, as_row);
+  const auto row =
+      runtime::FindRow(*store_, caller.deadline, "corrections", request->name(), errors::v1::CORRECTION_NOT_FOUND);
   if (!row.ok()) return ToGrpc(row.status());
   const auto recorded = AsMade(ToProto(*row));
   if (!recorded.ok()) return ToGrpc(recorded.status());
@@ -216,9 +215,8 @@ grpc::Status CorrectionService::ReplayCorrection(grpc::ServerContext* context,
 grpc::Status CorrectionService::ComputeBudget(grpc::ServerContext* context, const v1::ComputeBudgetRequest* request,
                                               v1::Budget* response) {
   const runtime::Caller caller = runtime::CallerOf(*context);
-  const auto as_row = [](const storage::CorrectionRow& row) { return row; };
-  const auto row = runtime::GetResult<storage::CorrectionRow>(*store_, caller.deadline, "corrections", request->name(),
-                                                              errors::v1::CORRECTION_NOT_FOUND, as_row);
+  const auto row =
+      runtime::FindRow(*store_, caller.deadline, "corrections", request->name(), errors::v1::CORRECTION_NOT_FOUND);
   if (!row.ok()) return ToGrpc(row.status());
   const auto recorded = AsMade(ToProto(*row));
   if (!recorded.ok()) return ToGrpc(recorded.status());

@@ -22,12 +22,6 @@ namespace {
 
 using runtime::ToGrpc;
 
-template <typename Row, typename Filter>
-absl::StatusOr<Row> FindRow(const storage::ResultReader<Row, Filter>& reader, storage::Deadline deadline,
-                            const std::string& collection, const std::string& name, errors::v1::ErrorReason reason) {
-  return runtime::GetResult<Row>(reader, deadline, collection, name, reason, [](const Row& row) { return row; });
-}
-
 absl::StatusOr<v1::MachiningPass> PassMessageOf(const storage::MachiningPassRow& row) { return ToProto(row); }
 
 absl::StatusOr<v1::MachiningPass> Find(const storage::MachiningPassStore& store, storage::Deadline deadline,
@@ -107,25 +101,26 @@ grpc::Status MachiningPassService::NextPass(grpc::ServerContext* context, const 
 
 absl::StatusOr<runtime::Made<storage::MachiningPassRow>> MachiningPassService::Make(
     const v1::NextPassRequest& request, bool is_new, const runtime::Caller& caller) const {
-  const auto correction =
-      FindRow(*corrections_, caller.deadline, "corrections", request.correction(), errors::v1::CORRECTION_NOT_FOUND);
+  const auto correction = runtime::FindRow(*corrections_, caller.deadline, "corrections", request.correction(),
+                                           errors::v1::CORRECTION_NOT_FOUND);
   if (!correction.ok()) return correction.status();
   if (absl::Status cut = CheckCut(request.correction(), *correction); !cut.ok()) return cut;
   clients::RegisteredBlade blade;
   absl::Status fetched = clients::FetchWhole(*peers_, request.registration(), is_new, caller, &blade);
   if (!fetched.ok()) return fetched;
   if (absl::Status after = CheckAfter(*correction, blade.registration); !after.ok()) return after;
-  const auto reconstruction =
-      FindRow(*shapes_.reconstructions, caller.deadline, "reconstructions",
-              runtime::NameOf("reconstructions", correction->reconstruction_id), errors::v1::RECONSTRUCTION_NOT_FOUND);
+  const auto reconstruction = runtime::FindRow(*shapes_.reconstructions, caller.deadline, "reconstructions",
+                                               runtime::NameOf("reconstructions", correction->reconstruction_id),
+                                               errors::v1::RECONSTRUCTION_NOT_FOUND);
   if (!reconstruction.ok()) return reconstruction.status();
   const auto shape = ShapeOf(*shapes_.reconstructions, *reconstruction, blade.surface, threads_, caller);
   if (!shape.ok()) return shape.status();
   int number = 1;
   const std::string& pass_before = correction->machining_pass_id;
   if (!pass_before.empty()) {
-    const auto pass = FindRow(*shapes_.passes, caller.deadline, "machining_passes",
-                              runtime::NameOf("machining_passes", pass_before), errors::v1::MACHINING_PASS_NOT_FOUND);
+    const auto pass =
+        runtime::FindRow(*shapes_.passes, caller.deadline, "machining_passes",
+                         runtime::NameOf("machining_passes", pass_before), errors::v1::MACHINING_PASS_NOT_FOUND);
     if (!pass.ok()) return pass.status();
     number = pass->number + 1;
   }

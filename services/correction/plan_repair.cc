@@ -1,5 +1,6 @@
 #include "services/correction/plan_repair.h"
 
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -95,7 +96,7 @@ absl::StatusOr<PlannedRepair> PlanRepairOf(const clients::ScanClient& scans, con
                                            const runtime::Caller& caller) {
   const metrology::RepairOptions options = RepairOptionsOf(method, *blade.surface, threads, caller);
   // Before the scans are read.
-  if (absl::Status good = metrology::CheckHeights(options.stack.heights); !good.ok()) return AsAskedOfRepair(good);
+  if (absl::Status good = metrology::CheckRepair(options); !good.ok()) return AsAskedOfRepair(good);
   BladeCloud cloud(blade, method, threads);
   const absl::Status read = ReadBladePoints(
       scans, blade, caller, [&](const metrology::LineScan& scan) { return cloud.Begin(scan); },

@@ -129,13 +129,10 @@ storage::BlankPatchesRow PatchesRowOf(const std::vector<metrology::BlankPatch>& 
 
 std::string DigestOf(const storage::BlankPatchesRow& patches) {
   std::string bytes;
-  const auto floats = [&](const std::vector<double>& numbers) {
-    for (const double number : numbers) runtime::Append<std::uint32_t>(static_cast<float>(number), &bytes);
-  };
-  for (const double number : patches.points_in_part_mm) runtime::Append<std::uint64_t>(number, &bytes);
-  floats(patches.normals_in_part);
-  floats(patches.expanded_uncertainties_um);
-  floats(patches.stock_um);
+  runtime::AppendReals(patches.points_in_part_mm, &bytes);
+  runtime::AppendFloats(patches.normals_in_part, &bytes);
+  runtime::AppendFloats(patches.expanded_uncertainties_um, &bytes);
+  runtime::AppendFloats(patches.stock_um, &bytes);
   for (const std::int64_t region : patches.regions)
     runtime::Append<std::uint32_t>(static_cast<std::int32_t>(region), &bytes);
   return storage::Sha256Hex(bytes);

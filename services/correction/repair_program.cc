@@ -103,9 +103,7 @@ absl::StatusOr<std::string> TemplateOfLaps(const plant::v1::MachiningModel& mode
 absl::Status GoAlongRepair(const ShapeStores& stores, const runtime::Caller& caller, Inputs* inputs) {
   const std::string& name = inputs->asked.repair();
   if (name.empty()) return absl::OkStatus();
-  const auto row = runtime::GetResult<storage::RepairRow>(*stores.repairs, caller.deadline, "repairs", name,
-                                                          errors::v1::REPAIR_NOT_FOUND,
-                                                          [](const storage::RepairRow& found) { return found; });
+  const auto row = runtime::FindRow(*stores.repairs, caller.deadline, "repairs", name, errors::v1::REPAIR_NOT_FOUND);
   if (!row.ok()) return row.status();
   if (row->registration_id != runtime::LastSegment(inputs->registration.name()))
     return runtime::Refuse("repair", name + " is of " + runtime::NameOf("registrations", row->registration_id),

@@ -18,7 +18,6 @@ namespace {
 
 using runtime::Short;
 
-constexpr double kCoverage = 1.959964;  // of a normal value's 95 %
 constexpr std::size_t kMostRemarkBytes = 1000;
 
 storage::RepairSectionRow LeftOutRow(double z_mm, const absl::Status& why) {
@@ -36,7 +35,7 @@ storage::RepairSectionRow TargetRow(const metrology::TargetSection& section, con
   row.kind = "TARGET";
   double sum_um = 0, most_um = 0;
   for (const double standard_mm : section.standard_mm) {
-    const double expanded_um = 1e3 * kCoverage * standard_mm;
+    const double expanded_um = 1e3 * metrology::kTargetCoverage * standard_mm;
     sum_um += expanded_um;
     most_um = std::max(most_um, expanded_um);
   }
@@ -76,7 +75,7 @@ storage::RepairContourRow ContourRowOf(const metrology::TargetSection& section, 
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Eigen::Vector2d point = nodes[i].point_mm + origin_mm;
     row.points_in_part_mm.insert(row.points_in_part_mm.end(), {point.x(), point.y(), section.z_mm});
-    row.expanded_uncertainties_um.push_back(Short(1e3 * kCoverage * section.standard_mm[i]));
+    row.expanded_uncertainties_um.push_back(Short(1e3 * metrology::kTargetCoverage * section.standard_mm[i]));
     row.rest_um.push_back(Short(1e3 * rest_mm[i]));
   }
   return row;
@@ -94,19 +93,12 @@ storage::RepairLapRow LapRowOf(const metrology::RecontourPass& lap) {
   return row;
 }
 
-void AppendReals(const std::vector<double>& numbers, std::string* bytes) {
-  for (const double number : numbers) runtime::Append<std::uint64_t>(number, bytes);
-}
-void AppendFloats(const std::vector<double>& numbers, std::string* bytes) {
-  for (const double number : numbers) runtime::Append<std::uint32_t>(static_cast<float>(number), bytes);
-}
-
 std::string DigestOf(const std::vector<storage::RepairContourRow>& contours) {
   std::string bytes;
   for (const storage::RepairContourRow& contour : contours) {
-    AppendReals(contour.points_in_part_mm, &bytes);
-    AppendFloats(contour.expanded_uncertainties_um, &bytes);
-    AppendFloats(contour.rest_um, &bytes);
+    runtime::AppendReals(contour.points_in_part_mm, &bytes);
+    runtime::AppendFloats(contour.expanded_uncertainties_um, &bytes);
+    runtime::AppendFloats(contour.rest_um, &bytes);
   }
   return storage::Sha256Hex(bytes);
 }
@@ -114,9 +106,9 @@ std::string DigestOf(const std::vector<storage::RepairContourRow>& contours) {
 std::string DigestOf(const std::vector<storage::RepairLapRow>& laps) {
   std::string bytes;
   for (const storage::RepairLapRow& lap : laps) {
-    AppendReals({lap.z_mm, lap.allowance_mm}, &bytes);
-    AppendReals(lap.centres_in_part_mm, &bytes);
-    AppendReals(lap.axes_in_part, &bytes);
+    runtime::AppendReals({lap.z_mm, lap.allowance_mm}, &bytes);
+    runtime::AppendReals(lap.centres_in_part_mm, &bytes);
+    runtime::AppendReals(lap.axes_in_part, &bytes);
   }
   return storage::Sha256Hex(bytes);
 }
@@ -229,9 +221,8 @@ runtime::Made<storage::RepairRow> RecordOf(const clients::RegisteredBlade& blade
       static_cast<int>(removal.place_count_below), 1e3 * removal.deepest_below_mm, 1e3 * removal.deepest_in_target_mm,
       1e3 * removal.deepest_beyond_uncertainty_mm, 1e3 * removal.greatest_rest_mm, 1e3 * removal.mean_rest_mm};
   row.sections = SectionRowsOf(plan);
-  const Eigen::Vector2d origin_mm = ((blade.surface->minimum_mm() + blade.surface->maximum_mm()) / 2).head<2>();
   for (std::size_t k = 0; k < plan.target.sections.size(); ++k)
-    row.contours.push_back(ContourRowOf(plan.target.sections[k], origin_mm, removal.rest_mm[k]));
+    row.contours.push_back(ContourRowOf(plan.target.sections[k], plan.origin_mm, removal.rest_mm[k]));
   row.contours_sha256 = DigestOf(row.contours);
   storage::RecordEntry entry =
       clients::EntryOf("repair", runtime::NameOf("repairs", row.repair_id), blade.registration);

@@ -117,15 +117,12 @@ storage::DeviationPatchesRow PatchesRowOf(const metrology::DeviationField& field
 
 std::string DigestOf(const storage::DeviationPatchesRow& patches) {
   std::string bytes;
-  const auto floats = [&](const std::vector<double>& numbers) {
-    for (const double number : numbers) runtime::Append<std::uint32_t>(static_cast<float>(number), &bytes);
-  };
-  for (const double number : patches.centres_in_part_mm) runtime::Append<std::uint64_t>(number, &bytes);
-  floats(patches.normals_in_part);
-  floats(patches.areas_mm2);
+  runtime::AppendReals(patches.centres_in_part_mm, &bytes);
+  runtime::AppendFloats(patches.normals_in_part, &bytes);
+  runtime::AppendFloats(patches.areas_mm2, &bytes);
   for (const std::int64_t count : patches.point_counts) runtime::Append<std::uint64_t>(count, &bytes);
-  floats(patches.means_um);
-  floats(patches.expanded_uncertainties_um);
+  runtime::AppendFloats(patches.means_um, &bytes);
+  runtime::AppendFloats(patches.expanded_uncertainties_um, &bytes);
   return storage::Sha256Hex(bytes);
 }
 

@@ -169,7 +169,7 @@ std::string DigestOf(const std::vector<storage::SectionOutlineRow>& outlines) {
   for (const storage::SectionOutlineRow& outline : outlines) {
     for (const auto* numbers :
          {&outline.part_from_section, &outline.nominal_mm, &outline.measured_mm, &outline.deviations_um})
-      for (const double number : *numbers) runtime::Append<std::uint64_t>(number, &bytes);
+      runtime::AppendReals(*numbers, &bytes);
     for (const std::int64_t gap : outline.gaps_before)
       runtime::Append<std::uint32_t>(static_cast<std::int32_t>(gap), &bytes);
   }

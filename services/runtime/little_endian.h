@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <string>
+#include <vector>
 
 namespace sixpoint::runtime {
 
@@ -14,6 +16,14 @@ void Append(Number number, std::string* bytes) {
   static_assert(sizeof bits == sizeof number);
   std::memcpy(&bits, &number, sizeof bits);
   for (std::size_t k = 0; k < sizeof bits; ++k) bytes->push_back(static_cast<char>(bits >> (8 * k)));
+}
+
+// Each of them; as float: those that are kept as such.
+inline void AppendReals(const std::vector<double>& numbers, std::string* bytes) {
+  for (const double number : numbers) Append<std::uint64_t>(number, bytes);
+}
+inline void AppendFloats(const std::vector<double>& numbers, std::string* bytes) {
+  for (const double number : numbers) Append<std::uint32_t>(static_cast<float>(number), bytes);
 }
 
 // The number at a place, which goes on behind it; the bytes must be there.

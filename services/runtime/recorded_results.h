@@ -34,6 +34,13 @@ absl::StatusOr<Message> GetResult(const storage::ResultReader<Row, Filter>& read
   return to_proto(**row);
 }
 
+// The row itself.
+template <typename Row, typename Filter>
+absl::StatusOr<Row> FindRow(const storage::ResultReader<Row, Filter>& reader, storage::Deadline deadline,
+                            const std::string& collection, const std::string& name, ErrorReason reason) {
+  return GetResult<Row>(reader, deadline, collection, name, reason, [](const Row& row) { return row; });
+}
+
 // What requests for lists of results have in common; refuses names of other collections and a time range that is none.
 template <typename Request>
 absl::Status ReadFilter(const Request& request, storage::ResultFilter* filter) {

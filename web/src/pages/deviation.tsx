@@ -15,6 +15,7 @@ import { pageOf, personOf, shortId } from '../words/name';
 import { count, number, percent, plural, withUncertainty } from '../words/quantity';
 import { dateOf, full } from '../words/time';
 import { VerdictMark } from '../view/mark';
+import { PickOne } from '../view/pick_one';
 import { Shown } from '../view/states';
 import { Table, type Column } from '../view/table';
 import type { BladeFacts } from './blade_facts';
@@ -98,11 +99,8 @@ export function Deviation({ facts }: { facts: BladeFacts }) {
         {mayMap && of?.zeroFromPart && <span class="buttons no-print"><button type="button" disabled={doing.endsWith('…')} onClick={() => void compare()}>Compare {facts.after ? 'as cut' : 'as scanned'}</button></span>}</div>
       <p role="status" class="small">{doing}</p>
       <Shown asked={asked} what="deviation maps">{(maps) => (maps.length === 0 ? <p class="muted">Its surface was not mapped yet.</p> : (
-        <>
-          {maps.length > 1 && <label class="no-print">Map <select value={picked} onChange={(event) => setPicked(Number(event.currentTarget.value))}>
-            {maps.map((map, i) => <option key={map.name} value={i}>{full(dateOf(map.recordedAt))}, {methodWords(Method[map.method] ?? '')}</option>)}</select></label>}
-          <Map key={maps[Math.min(picked, maps.length - 1)]!.name} map={maps[Math.min(picked, maps.length - 1)]!} part={facts.part} />
-        </>))}</Shown>
+        <PickOne all={maps} label="Map" picked={picked} onPick={setPicked} words={(one) => `${full(dateOf(one.recordedAt))}, ${methodWords(Method[one.method] ?? '')}`}>
+          {(one) => <Map key={one.name} map={one} part={facts.part} />}</PickOne>))}</Shown>
     </section>
   );
 }

@@ -12,6 +12,7 @@ import { useMay } from '../plant/may';
 import { pageOf, personOf, shortId } from '../words/name';
 import { count, number, percent } from '../words/quantity';
 import { dateOf, full } from '../words/time';
+import { PickOne } from '../view/pick_one';
 import { Shown } from '../view/states';
 import { Table, type Column } from '../view/table';
 import type { BladeFacts } from './blade_facts';
@@ -72,11 +73,8 @@ export function Passes({ facts }: { facts: BladeFacts }) {
     <section class="section no-print" aria-labelledby="passes-title" id="passes">
       <div class="table-head"><h2 id="passes-title">Passes over the shape</h2></div>
       <Shown asked={asked} what="machining passes">{(all) => (
-        <>
-          {all.length > 1 && <label class="no-print">Pass <select value={picked} onChange={(event) => setPicked(Number(event.currentTarget.value))}>
-            {all.map((one, i) => <option key={one.name} value={i}>{one.number}, {full(dateOf(one.recordedAt))}, {(kOutcome[one.outcome] ?? ['', ''])[1]}</option>)}</select></label>}
-          <Left key={all[Math.min(picked, all.length - 1)]!.name} pass={all[Math.min(picked, all.length - 1)]!} part={facts.part} />
-        </>)}</Shown>
+        <PickOne all={all} label="Pass" picked={picked} onPick={setPicked} words={(one) => `${one.number}, ${full(dateOf(one.recordedAt))}, ${(kOutcome[one.outcome] ?? ['', ''])[1]}`}>
+          {(one) => <Left key={one.name} pass={one} part={facts.part} />}</PickOne>)}</Shown>
     </section>
   );
 }

@@ -14,6 +14,7 @@ import { vectorOf } from '../scene/frames';
 import { pageOf, personOf, shortId } from '../words/name';
 import { count, number, percent } from '../words/quantity';
 import { dateOf, full } from '../words/time';
+import { PickOne } from '../view/pick_one';
 import { Shown } from '../view/states';
 import { Table, type Column } from '../view/table';
 import type { BladeFacts } from './blade_facts';
@@ -135,11 +136,8 @@ export function Reconstruction({ facts }: { facts: BladeFacts }) {
       <p role="status" class="small">{doing}</p>
       {mayMake && of?.zeroFromPart && <Tries part={part} doing={isDoing} onTry={(limits) => void make(limits)} />}
       <Shown asked={asked} what="reconstructions">{(all) => (all.length === 0 ? <p class="muted">No shape was looked for in its blank.</p> : (
-        <>
-          {all.length > 1 && <label class="no-print">Result <select value={picked} onChange={(event) => setPicked(Number(event.currentTarget.value))}>
-            {all.map((one, i) => <option key={one.name} value={i}>{full(dateOf(one.recordedAt))}, {(kOutcome[one.outcome] ?? ['', ''])[1]}{one.ofPartLimits ? '' : ', a try'}</option>)}</select></label>}
-          <Shape key={all[Math.min(picked, all.length - 1)]!.name} made={all[Math.min(picked, all.length - 1)]!} part={part} />
-        </>))}</Shown>
+        <PickOne all={all} label="Result" picked={picked} onPick={setPicked} words={(one) => `${full(dateOf(one.recordedAt))}, ${(kOutcome[one.outcome] ?? ['', ''])[1]}${one.ofPartLimits ? '' : ', a try'}`}>
+          {(one) => <Shape key={one.name} made={one} part={part} />}</PickOne>))}</Shown>
     </section>
   );
 }

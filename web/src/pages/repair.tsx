@@ -11,6 +11,7 @@ import { useMay } from '../plant/may';
 import { pageOf, personOf, shortId } from '../words/name';
 import { count, number } from '../words/quantity';
 import { dateOf, full } from '../words/time';
+import { PickOne } from '../view/pick_one';
 import { Shown } from '../view/states';
 import { Table, type Column } from '../view/table';
 import type { BladeFacts } from './blade_facts';
@@ -68,11 +69,8 @@ export function Repair({ facts }: { facts: BladeFacts }) {
     <section class="section no-print" aria-labelledby="repair-title" id="repair">
       <div class="table-head"><h2 id="repair-title">Repair</h2></div>
       <Shown asked={asked} what="repairs">{(all) => (
-        <>
-          {all.length > 1 && <label class="no-print">Result <select value={picked} onChange={(event) => setPicked(Number(event.currentTarget.value))}>
-            {all.map((one, i) => <option key={one.name} value={i}>{full(dateOf(one.recordedAt))}</option>)}</select></label>}
-          <Plan key={all[Math.min(picked, all.length - 1)]!.name} plan={all[Math.min(picked, all.length - 1)]!} part={facts.part} />
-        </>)}</Shown>
+        <PickOne all={all} label="Result" picked={picked} onPick={setPicked} words={(one) => full(dateOf(one.recordedAt))}>
+          {(one) => <Plan key={one.name} plan={one} part={facts.part} />}</PickOne>)}</Shown>
     </section>
   );
 }
