@@ -6,9 +6,9 @@
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
-#include "services/runtime/metrics.h"
 #include "storage/record.h"
 #include "tests/services/registration/fake_plant.h"
+#include "tests/support/exposed.h"
 
 namespace sixpoint::registration {
 namespace {
@@ -427,12 +427,7 @@ TEST_F(RegistrationServiceTest, AnUndeterminedPoseIsKeptWithItsEvidenceAndHasNoP
             Count("registrations WHERE outcome <> 'CONVERGED'"));
 }
 
-// As whoever watches is told.
-double CountedConverged() {
-  const std::string told = runtime::ExpositionText(), series = "sixpoint_registrations_total{outcome=\"CONVERGED\"} ";
-  const std::size_t at = told.find(series);
-  return at == std::string::npos ? 0 : std::stod(told.substr(at + series.size()));
-}
+double CountedConverged() { return testing::Exposed("sixpoint_registrations_total{outcome=\"CONVERGED\"}"); }
 
 TEST_F(RegistrationServiceTest, AnswersARetryOnceAndPages) {
   MountBlade();
