@@ -28,7 +28,7 @@ DrawnBlade DrawBlade(const NominalBlade& nominal, int thread_count) {
   options.surface = nominal.surface.get();
   options.round_ends = true;  // of plant-a's blade
   options.thread_count = thread_count;
-  std::vector<double> z_mm = MeasuredHeights(options.heights);
+  std::vector<double> z_mm = MeasuredHeights(options.heights, 0);
   for (const double z : TargetHeights(options.heights)) z_mm.push_back(z);
   drawn.sections = *NominalSections(*nominal.surface, z_mm, options);
   return drawn;

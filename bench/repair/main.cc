@@ -28,7 +28,7 @@ struct Sizes {
 
 metrology::StackOptions OptionsOf(const DrawnBlade& drawn, std::size_t kept, CamberMethod camber) {
   metrology::StackOptions options = drawn.options;
-  options.heights.cutoff_mm = drawn.sections[kept - 1].z_mm;
+  options.heights.cutoff_mm = drawn.sections[kept - 1].z_mm + options.half_width_mm;
   options.camber = camber;
   return options;
 }

@@ -138,7 +138,7 @@ void RunPlan(const DrawnBlade& drawn, std::size_t points, int thread_count, nloh
   const BladeWorld world(kSeed, nominal.low_mm, nominal.high_mm);
   const std::size_t kept = KeptSections(drawn, kKept);
   metrology::StackOptions options = drawn.options;
-  options.heights.cutoff_mm = drawn.sections[kept - 1].z_mm;
+  options.heights.cutoff_mm = drawn.sections[kept - 1].z_mm + options.half_width_mm;
   options.thread_count = thread_count;
   metrology::PathOptions path_options;
   const double step_mm = *metrology::StepOverFor(kScallop_mm, path_options.mill.radius_mm);
@@ -172,7 +172,8 @@ void RunPlan(const DrawnBlade& drawn, std::size_t points, int thread_count, nloh
       for (const Vector3d& point : cloud)
         if (point.z() > options.heights.cutoff_mm + 0.3) weld.push_back(point);
       planned.stock_mm = WeldStockOf(planned.target.sections, options.origin_mm, weld).greatest_mm;
-      planned.guard = GuardBelow(planned.measured, options.origin_mm, 2, kOutlineExpanded_mm);
+      planned.guard =
+          GuardBelow(planned.measured, planned.target.sections.front(), options.origin_mm, 2, kOutlineExpanded_mm);
       path = PlanPath(planned.target.sections, options.origin_mm, planned.stock_mm, planned.guard, path_options,
                       thread_count);
     });

@@ -10,6 +10,7 @@
 #include "bench/goals.h"
 #include "bench/shape/blade_blanks.h"
 #include "bench/shape/ipopt_peer.h"
+#include "bench/shape/machined_blank.h"
 #include "metrology/reconstruction/shape_problem.h"
 
 namespace sixpoint::bench {
@@ -145,7 +146,27 @@ struct Tally {
   double least_relaxation_mm = 1e9, widest_gap_mm = 0;
   int peer_possible = 0, peer_impossible = 0;
   std::vector<double> blanks_s, ours_s, peers_s;
+  int machined = 0;
+  MachinedRange stiff, first, second;  // of all that were machined
 };
+
+void RunMachining(const Vane& vane, const BladeCase& blade, const Reconstruction& made, std::uint64_t seed,
+                  Tally* tally) {
+  const auto found = MachineBlank(*vane.surface, vane.places, vane.patches, blade, made, seed, kThreads);
+  if (!found.ok()) {
+    std::printf("; not machined: %s", std::string(found.status().message()).c_str());
+    return;
+  }
+  ++tally->machined;
+  tally->stiff.Add(found->stiff);
+  tally->first.Add(found->first);
+  tally->second.Add(found->second);
+  std::printf(
+      "; %.2f mm machined at most, the template leaves %.1f um, %.1f to %.1f um left where the mill is stiff; %.1f to "
+      "%.1f, then %.1f to %.1f",
+      found->most_removed_mm, found->by_template_um, found->stiff.least_um, found->stiff.greatest_um,
+      found->first.least_um, found->first.greatest_um, found->second.least_um, found->second.greatest_um);
+}
 
 // A piece that is impossible proves the blank to be so; a blank that is possible has pieces that are.
 void TellPeer(const std::optional<PieceAnswers>& answers, bool possible, Tally* tally) {
@@ -166,7 +187,7 @@ void TellPeer(const std::optional<PieceAnswers>& answers, bool possible, Tally* 
               peer.seconds, peer.iterations);
 }
 
-void RunCase(const Vane& vane, std::uint64_t seed, bool ask_peer, Tally* tally) {
+void RunCase(const Vane& vane, std::uint64_t seed, bool ask_peer, int machined, Tally* tally) {
   const BladeCase blade = RandomCase(*vane.surface, seed);
   std::mt19937_64 random(seed);
   const auto blank = testing::Measured(testing::BlankPoints(*vane.surface, vane.patches.places, blade.blank),
@@ -197,6 +218,7 @@ void RunCase(const Vane& vane, std::uint64_t seed, bool ask_peer, Tally* tally) 
     all = {std::min(all.allowance_mm, worst.allowance_mm), std::max(all.beyond_band_mm, worst.beyond_band_mm),
            std::max(all.fixed_mm, worst.fixed_mm),         std::max(all.step_mm, worst.step_mm),
            std::max(all.true_step_mm, worst.true_step_mm), std::max(all.kink_rad, worst.kink_rad)};
+    if (tally->machined < machined) RunMachining(vane, blade, *made, seed, tally);
   } else if (made->outcome == ShapeOutcome::kInfeasible) {
     ++tally->proven;
     const auto& proof = *made->proof;
@@ -296,6 +318,11 @@ std::vector<Goal> Goals() {
       {"cases", "neither_solved_nor_proven", "blanks neither solved nor proven", kNone, 0, kAlways},
       {"peer", "peer_disagrees", "blanks of which Ipopt says otherwise", kNone, 0, kAlways},
       {"peer", "times_faster_than_peer", "times faster than Ipopt", 10, kNone, kInFull},
+      {"machined", "machined_least_um", "machined by a mill that gives way, after two passes: least, um", -42, kNone,
+       kAlways},
+      {"machined", "machined_greatest_um", "and greatest above the shape, um", kNone, 72, kAlways},
+      {"machined", "machined_stiff_least_um", "by one that does not, after one: least, um", -10, kNone, kAlways},
+      {"machined", "machined_stiff_greatest_um", "and greatest, um", kNone, 10, kAlways},
       {"points", "reconstruct_over_distance_passes", "from a million points, in passes of distances", kNone, 20,
        kInFull}};
 }
@@ -303,12 +330,13 @@ std::vector<Goal> Goals() {
 int Main(int argc, char** argv) {
   CLI::App app("Shapes that blanks contain");
   std::string shared = "../shared";
-  int blanks = 50, peers = 50, first = 0;
+  int blanks = 50, peers = 50, machined = 10, first = 0;
   std::size_t count = 1'000'000;
   app.add_option("--shared", shared);
   app.add_option("--blanks", blanks);
   app.add_option("--first", first);
   app.add_option("--peers", peers, "Of how many of them Ipopt is asked");
+  app.add_option("--machined", machined, "How many that were solved are machined and scanned");
   app.add_option("--points", count);
   CLI11_PARSE(app, argc, argv);
   Vane vane;
@@ -322,7 +350,8 @@ int Main(int argc, char** argv) {
   vane.judged = *SampleDesign(vane.surface, 0.26, kThreads);
   vane.peer = *SampleDesign(vane.surface, kPeerGrid_mm, kThreads);
   Tally tally;
-  for (int i = first; i < first + blanks; ++i) RunCase(vane, static_cast<std::uint64_t>(i), i - first < peers, &tally);
+  for (int i = first; i < first + blanks; ++i)
+    RunCase(vane, static_cast<std::uint64_t>(i), i - first < peers, machined, &tally);
   json figures;
   figures["edge_allowance_min_um"] = 1e3 * tally.worst.allowance_mm;
   figures["tolerance_exceeded_um"] = 1e3 * tally.worst.beyond_band_mm;
@@ -342,10 +371,19 @@ int Main(int argc, char** argv) {
   figures["peer_s"] = MedianOf(tally.peers_s);
   if (!tally.ours_s.empty() && !tally.peers_s.empty())
     figures["times_faster_than_peer"] = MedianOf(tally.peers_s) / MedianOf(tally.ours_s);
+  if (tally.machined > 0) {
+    figures["machined_stiff_least_um"] = tally.stiff.least_um;
+    figures["machined_stiff_greatest_um"] = tally.stiff.greatest_um;
+    figures["machined_first_least_um"] = tally.first.least_um;
+    figures["machined_first_greatest_um"] = tally.first.greatest_um;
+    figures["machined_least_um"] = tally.second.least_um;
+    figures["machined_greatest_um"] = tally.second.greatest_um;
+  }
   if (count > 0) FromPoints(vane, count, &figures);
   GoalRun run;
   run.parts = {"cases"};
   if (peers > 0) run.parts.push_back("peer");
+  if (tally.machined > 0) run.parts.push_back("machined");
   if (count > 0) run.parts.push_back("points");
   run.full = blanks >= 50 && count >= 1'000'000;
   const int missed = PrintGoals(Goals(), run, figures);

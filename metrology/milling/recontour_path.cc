@@ -245,21 +245,21 @@ std::vector<double> PassHeights(double cutoff_mm, double target_mm, double step_
   return z_mm;
 }
 
-GuardedSurface GuardBelow(const std::vector<BladeSection>& measured, const Vector2d& origin_mm, double reach_mm,
-                          double margin_mm) {
+GuardedSurface GuardBelow(const std::vector<BladeSection>& measured, const TargetSection& at_line,
+                          const Vector2d& origin_mm, double reach_mm, double margin_mm) {
   GuardedSurface guard;
   const double top_mm = measured.back().z_mm;
   for (std::size_t k = 0; k < measured.size(); ++k) {
     if (measured[k].z_mm < top_mm - reach_mm) continue;
     const bool last = k + 1 == measured.size();
-    const Outline &lower = measured[k].outline, &upper = measured[last ? k : k + 1].outline;
-    const double rise_mm = last ? 0 : measured[k + 1].z_mm - measured[k].z_mm;
-    const int layers = last ? 1 : std::max(1, static_cast<int>(std::ceil(rise_mm / kGuardSpacing_mm)));
+    const Outline &lower = measured[k].outline, &upper = last ? at_line.outline : measured[k + 1].outline;
+    const double rise_mm = std::max(0.0, (last ? at_line.z_mm : measured[k + 1].z_mm) - measured[k].z_mm);
+    const int steps = std::max(1, static_cast<int>(std::ceil(rise_mm / kGuardSpacing_mm)));
     for (const auto& [one, normal] : PlacesOf(lower)) {
       // Where the surface is on the same normal one section higher.
       const double out_mm = normal.dot(upper.PointAt(upper.Nearest(one)) - one);
-      for (int layer = 0; layer < layers; ++layer) {
-        const double part = static_cast<double>(layer) / layers;
+      for (int step = 0; step < steps + (last && rise_mm > 0 ? 1 : 0); ++step) {
+        const double part = static_cast<double>(step) / steps;
         const Vector2d point = one + part * out_mm * normal + origin_mm;
         guard.points_mm.emplace_back(point.x(), point.y(), measured[k].z_mm + part * rise_mm);
         guard.margin_mm.push_back(margin_mm);

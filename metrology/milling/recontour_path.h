@@ -76,10 +76,10 @@ struct GuardedSurface {
   std::vector<double> margin_mm;
   Points normals = {};  // of GuardBelow: outward, within the outlines' planes
 };
-// Of the measured outlines below a height, made denser between them; only what a mill above the line could reach. margin_mm: the outlines' own
-// expanded uncertainty.
-GuardedSurface GuardBelow(const std::vector<BladeSection>& measured, const Eigen::Vector2d& origin_mm, double reach_mm,
-                          double margin_mm);
+// Of the measured outlines below a height, made denser between them; only what a mill above the line could reach. Up to the line goes on what the
+// target is there, for the last outline lies half a slab below it. margin_mm: the outlines' own expanded uncertainty.
+GuardedSurface GuardBelow(const std::vector<BladeSection>& measured, const TargetSection& at_line,
+                          const Eigen::Vector2d& origin_mm, double reach_mm, double margin_mm);
 
 // The scanned weld over the target, point by point along the target's normals.
 struct WeldStock {

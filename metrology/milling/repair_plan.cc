@@ -184,7 +184,7 @@ absl::StatusOr<RepairPlan> PlanRepair(const Points& points_mm, const RepairOptio
   plan.step_over_mm = *StepOverFor(options.scallop_mm, options.path.mill.radius_mm);
   const std::vector<double> laps_mm = PassHeights(stack.heights.cutoff_mm, stack.heights.target_mm, plan.step_over_mm);
   plan.step_over_mm = laps_mm[1] - laps_mm[0];
-  const auto nominal = NominalSections(*stack.surface, MeasuredHeights(stack.heights), stack);
+  const auto nominal = NominalSections(*stack.surface, MeasuredHeights(stack.heights, stack.half_width_mm), stack);
   if (!nominal.ok()) return Under("surface.", nominal.status());
   const auto asked = NominalSections(*stack.surface, laps_mm, stack);
   if (!asked.ok()) return Under("surface.", asked.status());
@@ -199,8 +199,8 @@ absl::StatusOr<RepairPlan> PlanRepair(const Points& points_mm, const RepairOptio
                   "at least 90: where it was not seen, nobody knows how much the mill would take at once");
   plan.stock_mm = weld.greatest_mm;
   if (absl::Status few = CheckPlaces(plan, options); !few.ok()) return few;
-  const GuardedSurface guard =
-      GuardBelow(plan.measured.sections, stack.origin_mm, options.path.mill.radius_mm, options.guard_mm);
+  const GuardedSurface guard = GuardBelow(plan.measured.sections, plan.target.sections.front(), stack.origin_mm,
+                                          options.path.mill.radius_mm, options.guard_mm);
   if (!going()) return Gone();
   auto path = PlanPath(plan.target.sections, stack.origin_mm, plan.stock_mm, guard, options.path, threads);
   if (!path.ok()) return path.status();

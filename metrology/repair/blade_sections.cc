@@ -56,18 +56,20 @@ void AddLeftOut(const std::vector<LeftOutSection>& left_out, const std::string& 
 std::vector<Points> SlabsOf(const Points& points_mm, const std::vector<double>& z_mm, double cutoff_mm,
                             double half_width_mm, double spacing_mm) {
   std::vector<Points> slabs(z_mm.size());
+  const auto last = static_cast<double>(z_mm.size() - 1);
   for (const Eigen::Vector3d& point : points_mm) {
     const double step = std::round((point.z() - z_mm[0]) / spacing_mm);
-    if (!(step >= 0 && step < static_cast<double>(z_mm.size()))) continue;
-    const auto k = static_cast<std::size_t>(step);
-    if (std::abs(point.z() - z_mm[k]) <= half_width_mm && point.z() <= cutoff_mm) slabs[k].push_back(point);
+    if (!(step >= 0 && step <= last + 1 && point.z() <= cutoff_mm)) continue;
+    const auto add = [&](std::size_t k) {
+      if (std::abs(point.z() - z_mm[k]) <= half_width_mm) slabs[k].push_back(point);
+    };
+    if (step < last) add(static_cast<std::size_t>(step));
+    if (step >= last - 1) add(z_mm.size() - 1);  // which is not a whole step above the one before
   }
   return slabs;
 }
 
-}  // namespace
-
-std::vector<double> MeasuredHeights(const SectionHeights& heights) {
+std::vector<double> HeightsUpTo(const SectionHeights& heights) {
   std::vector<double> z_mm;
   for (std::size_t k = 0; k < kMostSections; ++k) {
     const double z = heights.first_mm + static_cast<double>(k) * heights.line_width_mm;
@@ -77,9 +79,25 @@ std::vector<double> MeasuredHeights(const SectionHeights& heights) {
   return z_mm;
 }
 
+// By how much the last one lies below a whole step, so that its slab is under the cut-off.
+double LoweredBy(const std::vector<double>& z_mm) {
+  if (z_mm.size() < 3) return 0;
+  double step_mm = z_mm[1] - z_mm[0];
+  for (std::size_t k = 2; k + 1 < z_mm.size(); ++k) step_mm = std::min(step_mm, z_mm[k] - z_mm[k - 1]);
+  return std::max(0.0, step_mm - (z_mm.back() - z_mm[z_mm.size() - 2]));
+}
+
+}  // namespace
+
+std::vector<double> MeasuredHeights(const SectionHeights& heights, double half_width_mm) {
+  std::vector<double> z_mm = HeightsUpTo(heights);
+  if (!z_mm.empty()) z_mm.back() = std::min(z_mm.back(), heights.cutoff_mm - half_width_mm);
+  return z_mm;
+}
+
 std::vector<double> TargetHeights(const SectionHeights& heights) {
   std::vector<double> z_mm;
-  const auto measured = static_cast<double>(MeasuredHeights(heights).size());
+  const auto measured = static_cast<double>(HeightsUpTo(heights).size());
   for (std::size_t k = 0; k < kMostSections; ++k) {
     const double z = heights.first_mm + (measured + static_cast<double>(k)) * heights.line_width_mm;
     if (z >= heights.target_mm - kRounding_mm) break;
@@ -103,7 +121,7 @@ absl::Status CheckHeights(const SectionHeights& heights) {
   if (!(heights.cutoff_mm >= least_mm - kRounding_mm))
     refusals.Add(Refuse("heights.cutoff_mm", heights.cutoff_mm,
                         "at least " + Rounded(least_mm) + ": two thirds of the way from first_mm to target_mm"));
-  const std::size_t count = MeasuredHeights(heights).size();
+  const std::size_t count = HeightsUpTo(heights).size();
   if (count < kLeastSections || count >= kMostSections)
     refusals.Add(Refuse("heights.line_width_mm", heights.line_width_mm,
                         std::to_string(kLeastSections) + " to " + std::to_string(kMostSections) +
@@ -114,7 +132,8 @@ absl::Status CheckHeights(const SectionHeights& heights) {
 absl::Status CheckEnough(const std::vector<double>& z_mm, double target_mm, const std::string& field,
                          const std::vector<LeftOutSection>& left_out) {
   Refusals refusals;
-  const double least_mm = z_mm.empty() ? target_mm : z_mm.front() + kLeastPart * (target_mm - z_mm.front());
+  const double least_mm =
+      z_mm.empty() ? target_mm : z_mm.front() + kLeastPart * (target_mm - z_mm.front()) - LoweredBy(z_mm);
   if (z_mm.size() < kLeastSections)
     refusals.Add(Refuse(field, std::to_string(z_mm.size()) + " sections",
                         "at least " + std::to_string(kLeastSections) + ": a polynomial of degree 5 in z"));
@@ -134,7 +153,7 @@ absl::StatusOr<MeasuredStack> MeasureSections(const Points& points_mm, const Sta
   if (!(options.half_width_mm > 0 && options.half_width_mm <= most_mm))
     return Refuse("half_width_mm", options.half_width_mm,
                   "above 0, at most half the line width, " + NumberText(most_mm));
-  const std::vector<double> z_mm = MeasuredHeights(options.heights);
+  const std::vector<double> z_mm = MeasuredHeights(options.heights, options.half_width_mm);
   const std::vector<Points> slabs =
       SlabsOf(points_mm, z_mm, options.heights.cutoff_mm, options.half_width_mm, options.heights.line_width_mm);
   std::vector<absl::StatusOr<BladeSection>> made(z_mm.size(), absl::InternalError("not measured"));

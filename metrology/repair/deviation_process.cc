@@ -18,6 +18,9 @@ constexpr std::array<double, 5> kWaveShares = {1e-3, 1e-2, 0.1, 0.4, 1};  // of 
 constexpr double kLeastNoise = 1e-7, kNoiseStep = 3.1622776601683795;     // of the variance; steps of the grid
 constexpr int kNoises = 20;
 
+constexpr std::size_t kLeastBelow = 8, kLeastAhead = 3;
+constexpr double kAsTold = 4;  // series that are taken to have come as told
+
 // Matern's covariance of order 7/2: smooth as a blade's deviation is, but not so that a piece of it tells the rest for certain, as of a
 // Gaussian one.
 double Matern(double distance, double length) {
@@ -140,7 +143,7 @@ std::vector<ProcessValue> HeightProcess::Predict(const Eigen::VectorXd& values) 
   }
   const Eigen::VectorXd by_line = by_line_ * values;
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(by_line.size()), square = mean, variance = mean;
-  double all = 0;
+  double all = 0, noise_variance = 0;
   constexpr double kSmallestShare = -12;  // log, beside the likeliest
   for (const Choice& choice : choices) {
     if (choice.log_likelihood < greatest + kSmallestShare) continue;
@@ -152,6 +155,7 @@ std::vector<ProcessValue> HeightProcess::Predict(const Eigen::VectorXd& values) 
     // Student's: the scale is known by its contrasts alone.
     const double scale = choice.scale * freedom / (freedom - 2);
     variance += share * scale * (kernel.variance + choice.noise * line_growth_ - told).cwiseMax(0);
+    noise_variance += share * scale * choice.noise;
     mean += share * found;
     square += share * (found - by_line).cwiseAbs2();
     all += share;
@@ -159,9 +163,39 @@ std::vector<ProcessValue> HeightProcess::Predict(const Eigen::VectorXd& values) 
   std::vector<ProcessValue> predicted;
   for (Eigen::Index i = 0; i < mean.size(); ++i) {
     const double at = mean[i] / all, off = at - by_line[i];
-    predicted.push_back({at, variance[i] / all + std::max(0.0, square[i] / all - off * off)});
+    predicted.push_back({at, variance[i] / all + std::max(0.0, square[i] / all - off * off), noise_variance / all});
   }
   return predicted;
+}
+
+namespace {
+
+// How many known heights are left below, so that the others lie as far above them, in parts of their span, as the asked one above all.
+std::size_t BelowOf(const std::vector<double>& known_mm, double asked_mm) {
+  const double part = (known_mm.back() - known_mm.front()) / (asked_mm - known_mm.front());
+  const double up_to_mm = known_mm.front() + part * (known_mm.back() - known_mm.front());
+  const auto above = std::upper_bound(known_mm.begin(), known_mm.end(), up_to_mm);
+  return std::clamp(static_cast<std::size_t>(above - known_mm.begin()), kLeastBelow, known_mm.size() - kLeastAhead);
+}
+
+}  // namespace
+
+Foresight::Foresight(const std::vector<double>& known_mm, double asked_mm)
+    : below_(static_cast<Eigen::Index>(BelowOf(known_mm, asked_mm))),
+      process_({known_mm.begin(), known_mm.begin() + below_}, {known_mm.begin() + below_, known_mm.end()}) {}
+
+double Foresight::Growth(const Eigen::MatrixXd& series) const {
+  double off = kAsTold;
+  for (Eigen::Index s = 0; s < series.cols(); ++s) {
+    const std::vector<ProcessValue> told = process_.Predict(series.col(s).head(below_));
+    double squares = 0, variances = 0;
+    for (std::size_t i = 0; i < told.size(); ++i) {
+      squares += std::pow(series(below_ + static_cast<Eigen::Index>(i), s) - told[i].mean, 2);
+      variances += told[i].variance + told[i].noise_variance;
+    }
+    off += variances > 0 ? squares / variances : 1;
+  }
+  return std::max(1.0, off / (kAsTold + static_cast<double>(series.cols())));
 }
 
 }  // namespace sixpoint::metrology

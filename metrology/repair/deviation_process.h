@@ -10,7 +10,8 @@ namespace sixpoint::metrology {
 
 struct ProcessValue {
   double mean = 0;
-  double variance = 0;  // of the value itself, measurement noise left out
+  double variance = 0;        // of the value itself, measurement noise left out
+  double noise_variance = 0;  // which a measured value there would have beside it
 };
 
 // Values in the order of heights, a few of them wild: one that is farther from the parabola through its neighbours than five times what most are
@@ -38,6 +39,21 @@ class HeightProcess {
   Eigen::MatrixXd by_line_;      // asked x known: the line's own prediction
   Eigen::VectorXd line_growth_;  // of each row, its sum of squares
   std::vector<Kernel> kernels_;
+};
+
+// Whether the process foresees what is known: the upper known heights, told from those below them, as far ahead for what is known as those asked are.
+class Foresight {
+ public:
+  // asked_mm: the highest one asked, above all known ones.
+  Foresight(const std::vector<double>& known_mm, double asked_mm);
+
+  // By how much variances of series of one kind have to grow (1 at least) so that they hold what came. series: a column each, by known heights.
+  // Each counts by what it was off, squared, over what was told of it; some more are taken to have come as told.
+  double Growth(const Eigen::MatrixXd& series) const;
+
+ private:
+  Eigen::Index below_;
+  HeightProcess process_;
 };
 
 }  // namespace sixpoint::metrology

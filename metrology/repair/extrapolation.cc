@@ -190,6 +190,11 @@ Extrapolation ByDeviationPolynomial(const std::vector<SectionDeviation>& deviati
   return made;
 }
 
+void Grow(double growth, std::vector<std::vector<ProcessValue>>* values) {
+  for (std::vector<ProcessValue>& some : *values)
+    for (ProcessValue& value : some) value.variance *= growth;
+}
+
 // A field over stations, by smooth shapes along the section: an amplitude of each for each height.
 struct ShapedField {
   Eigen::MatrixXd shapes;      // stations x shapes
@@ -239,15 +244,22 @@ struct LeftOver {
   std::vector<std::vector<ProcessValue>> at_node;  // nodes x heights asked
 
   LeftOver(const std::vector<TargetSection>& made, const std::vector<SectionDeviation>& deviations,
-           const std::vector<double>& z_mm, const HeightProcess& process, int thread_count)
+           const std::vector<double>& z_mm, const HeightProcess& process, const Foresight& foresight, int thread_count)
       : at_node(made[0].outline.size()) {
+    Eigen::MatrixXd off_mm(static_cast<Eigen::Index>(made.size()), static_cast<Eigen::Index>(at_node.size()));
     ForEach(at_node.size(), thread_count, [&](std::size_t i) {
-      Eigen::VectorXd off_mm(static_cast<Eigen::Index>(made.size()));
+      auto off_of = off_mm.col(static_cast<Eigen::Index>(i));
       for (std::size_t k = 0; k < made.size(); ++k)
-        off_mm[static_cast<Eigen::Index>(k)] =
+        off_of[static_cast<Eigen::Index>(k)] =
             -SignedDistance(deviations[k].in_place, made[k].outline.nodes()[i].point_mm, nullptr);
-      at_node[i] = process.Predict(WithoutWild(z_mm, off_mm));
+      off_of = WithoutWild(z_mm, off_of);
+      at_node[i] = process.Predict(off_of);
     });
+    // Neighbours say the same.
+    constexpr Eigen::Index kApart = 40;
+    Eigen::MatrixXd some(off_mm.rows(), (off_mm.cols() + kApart - 1) / kApart);
+    for (Eigen::Index c = 0; c < some.cols(); ++c) some.col(c) = off_mm.col(c * kApart);
+    Grow(foresight.Growth(some), &at_node);
   }
 
   TargetSection AddedTo(TargetSection section, std::size_t asked) const {
@@ -292,19 +304,22 @@ Extrapolation ByProcess(const std::vector<SectionDeviation>& deviations, const s
   }
   const std::vector<double> z_mm = HeightsOf(nominal);
   const HeightProcess process(z_mm, HeightsOf(asked));
+  const Foresight foresight(z_mm, asked.back().z_mm);
   const ShapedField camber_field(camber, z_mm), radius_field(radius, z_mm);
   std::vector<std::vector<ProcessValue>> whole_at;
   for (Eigen::Index c = 0; c < whole.cols(); ++c) {
     whole.col(c) = WithoutWild(z_mm, whole.col(c));
     whole_at.push_back(process.Predict(whole.col(c)));
   }
+  Grow(foresight.Growth(whole), &whole_at);
   std::vector<TargetSection> below;
   for (Eigen::Index k = 0; k < count; ++k)
     below.push_back(InPlace(nominal[static_cast<std::size_t>(k)], camber_field.Known(k), radius_field.Known(k),
                             {whole(k, 3), 0}, {whole(k, 4), 0}));
-  const LeftOver left(below, deviations, z_mm, process, thread_count);
-  const auto camber_at = camber_field.Predict(process, asked.size()),
-             radius_at = radius_field.Predict(process, asked.size());
+  const LeftOver left(below, deviations, z_mm, process, foresight, thread_count);
+  auto camber_at = camber_field.Predict(process, asked.size()), radius_at = radius_field.Predict(process, asked.size());
+  Grow(foresight.Growth(camber_field.amplitudes), &camber_at);
+  Grow(foresight.Growth(radius_field.amplitudes), &radius_at);
   Extrapolation made;
   for (std::size_t a = 0; a < asked.size(); ++a) {
     const TargetSection in_place = InPlace(asked[a], camber_at[a], radius_at[a], whole_at[3][a], whole_at[4][a]);

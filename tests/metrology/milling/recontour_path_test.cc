@@ -28,7 +28,7 @@ std::vector<TargetSection> TargetOf(double offset_mm) {
 GuardedSurface Guard(double margin_mm) {
   std::vector<BladeSection> below;
   for (const double z_mm : {27.0, 28.0, 29.0, 30.0}) below.push_back(KnownSection(z_mm, nullptr));
-  return GuardBelow(below, Vector2d::Zero(), 2, margin_mm);
+  return GuardBelow(below, TargetOf(0).front(), Vector2d::Zero(), 2, margin_mm);
 }
 
 TEST(RecontourPath, BallTouchesTheTargetAndNothingElse) {

@@ -19,6 +19,7 @@ using Eigen::Vector3d;
 using ::testing::HasSubstr;
 
 constexpr double kLine_mm = 28, kTop_mm = 38, kWeld_mm = 0.8;
+constexpr double kCertain_mm = 0.08;  // that the target may be uncertain by
 
 // The wall with so much of a weld on it.
 Points WeldedWall(double from_mm, double to_mm, std::size_t count, double weld_mm, const SectionMotion& motion) {
@@ -51,6 +52,7 @@ class RepairPlanTest : public ::testing::Test {
     options_.stack.thread_count = 2;
     options_.scallop_mm = 0.02;
     options_.path.mill = {2, 30};
+    options_.greatest_uncertainty_mm = kCertain_mm;
   }
   std::string Refusal() const {
     const auto plan = PlanRepair(cloud_, options_);
@@ -132,7 +134,7 @@ TEST_F(RepairPlanTest, RefusesByName) {
   options_.stack.heights.cutoff_mm = kLine_mm;
   options_.greatest_uncertainty_mm = 1e-3;
   EXPECT_THAT(Refusal(), HasSubstr(" mm, want at most 1 um: less of it"));
-  options_.greatest_uncertainty_mm = 0.05;
+  options_.greatest_uncertainty_mm = kCertain_mm;
   // One side of the weld was not scanned.
   const auto unseen = [](const Vector3d& point) { return point.z() > kLine_mm && point.x() > 4; };
   cloud_.erase(std::remove_if(cloud_.begin(), cloud_.end(), unseen), cloud_.end());

@@ -72,7 +72,7 @@ TEST(BladeSections, LeaveOutWhatWasNotSeen) {
   EXPECT_EQ(measured->sections.size(), 14u);
   ASSERT_EQ(measured->left_out.size(), 2u);
   EXPECT_EQ(measured->left_out[0].index, 4u);
-  EXPECT_EQ(measured->left_out[1].z_mm, 30);
+  EXPECT_EQ(measured->left_out[1].z_mm, 29.8);  // of 30, its slab below the line
   EXPECT_NE(measured->left_out[0].refusal.message().find("the trailing end was not seen"), std::string::npos)
       << measured->left_out[0].refusal;
   // 26 mm is no longer two thirds of the way to 40 mm; and eleven sections are too few.
@@ -86,7 +86,9 @@ TEST(BladeSections, LeaveOutWhatWasNotSeen) {
 
 TEST(BladeSections, HeightsGoOnToTheTarget) {
   const SectionHeights heights{0, 30.5, 40, 2};
-  EXPECT_EQ(MeasuredHeights(heights).back(), 30);
+  EXPECT_EQ(MeasuredHeights(heights, 0.5).back(), 30);
+  EXPECT_EQ(MeasuredHeights(heights, 1).back(), 29.5);  // all of its slab lies below the line
+  EXPECT_EQ(MeasuredHeights(heights, 1).size(), 16u);
   EXPECT_EQ(TargetHeights(heights), (std::vector<double>{32, 34, 36, 38, 40}));
 }
 
