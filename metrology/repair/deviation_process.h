@@ -44,7 +44,7 @@ class HeightProcess {
 // Whether the process foresees what is known: the upper known heights, told from those below them, as far ahead for what is known as those asked are.
 class Foresight {
  public:
-  // asked_mm: the highest one asked, above all known ones.
+  // At least 11 known heights, by z; asked_mm: the highest one asked, above all of them.
   Foresight(const std::vector<double>& known_mm, double asked_mm);
 
   // By how much variances of series of one kind have to grow (1 at least) so that they hold what came. series: a column each, by known heights.
