@@ -146,7 +146,7 @@ struct Tally {
   double least_relaxation_mm = 1e9, widest_gap_mm = 0;
   int peer_possible = 0, peer_impossible = 0;
   std::vector<double> blanks_s, ours_s, peers_s;
-  int machined = 0;
+  int machined = 0, not_machined = 0;
   MachinedRange stiff, first, second;  // of all that were machined
 };
 
@@ -154,6 +154,7 @@ void RunMachining(const Vane& vane, const BladeCase& blade, const Reconstruction
                   Tally* tally) {
   const auto found = MachineBlank(*vane.surface, vane.places, vane.patches, blade, made, seed, kThreads);
   if (!found.ok()) {
+    ++tally->not_machined;
     std::printf("; not machined: %s", std::string(found.status().message()).c_str());
     return;
   }
@@ -323,6 +324,7 @@ std::vector<Goal> Goals() {
       {"machined", "machined_greatest_um", "and greatest above the shape, um", kNone, 72, kAlways},
       {"machined", "machined_stiff_least_um", "by one that does not, after one: least, um", -10, kNone, kAlways},
       {"machined", "machined_stiff_greatest_um", "and greatest, um", kNone, 10, kAlways},
+      {"machining", "not_machined", "shapes whose path was refused", kNone, 0, kAlways},
       {"points", "reconstruct_over_distance_passes", "from a million points, in passes of distances", kNone, 20,
        kInFull}};
 }
@@ -371,6 +373,7 @@ int Main(int argc, char** argv) {
   figures["peer_s"] = MedianOf(tally.peers_s);
   if (!tally.ours_s.empty() && !tally.peers_s.empty())
     figures["times_faster_than_peer"] = MedianOf(tally.peers_s) / MedianOf(tally.ours_s);
+  figures["not_machined"] = tally.not_machined;
   if (tally.machined > 0) {
     figures["machined_stiff_least_um"] = tally.stiff.least_um;
     figures["machined_stiff_greatest_um"] = tally.stiff.greatest_um;
@@ -381,7 +384,7 @@ int Main(int argc, char** argv) {
   }
   if (count > 0) FromPoints(vane, count, &figures);
   GoalRun run;
-  run.parts = {"cases"};
+  run.parts = {"cases", "machining"};
   if (peers > 0) run.parts.push_back("peer");
   if (tally.machined > 0) run.parts.push_back("machined");
   if (count > 0) run.parts.push_back("points");

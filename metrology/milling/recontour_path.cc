@@ -255,11 +255,12 @@ GuardedSurface GuardBelow(const std::vector<BladeSection>& measured, const Targe
     const Outline &lower = measured[k].outline, &upper = last ? at_line.outline : measured[k + 1].outline;
     const double rise_mm = std::max(0.0, (last ? at_line.z_mm : measured[k + 1].z_mm) - measured[k].z_mm);
     const int steps = std::max(1, static_cast<int>(std::ceil(rise_mm / kGuardSpacing_mm)));
+    const int layers = last && rise_mm > 0 ? steps + 1 : steps;  // the line itself is no other's lowest
     for (const auto& [one, normal] : PlacesOf(lower)) {
       // Where the surface is on the same normal one section higher.
       const double out_mm = normal.dot(upper.PointAt(upper.Nearest(one)) - one);
-      for (int step = 0; step < steps + (last && rise_mm > 0 ? 1 : 0); ++step) {
-        const double part = static_cast<double>(step) / steps;
+      for (int layer = 0; layer < layers; ++layer) {
+        const double part = static_cast<double>(layer) / steps;
         const Vector2d point = one + part * out_mm * normal + origin_mm;
         guard.points_mm.emplace_back(point.x(), point.y(), measured[k].z_mm + part * rise_mm);
         guard.margin_mm.push_back(margin_mm);

@@ -79,14 +79,6 @@ std::vector<double> HeightsUpTo(const SectionHeights& heights) {
   return z_mm;
 }
 
-// By how much the last one lies below a whole step, so that its slab is under the cut-off.
-double LoweredBy(const std::vector<double>& z_mm) {
-  if (z_mm.size() < 3) return 0;
-  double step_mm = z_mm[1] - z_mm[0];
-  for (std::size_t k = 2; k + 1 < z_mm.size(); ++k) step_mm = std::min(step_mm, z_mm[k] - z_mm[k - 1]);
-  return std::max(0.0, step_mm - (z_mm.back() - z_mm[z_mm.size() - 2]));
-}
-
 }  // namespace
 
 std::vector<double> MeasuredHeights(const SectionHeights& heights, double half_width_mm) {
@@ -129,15 +121,14 @@ absl::Status CheckHeights(const SectionHeights& heights) {
   return refusals.status();
 }
 
-absl::Status CheckEnough(const std::vector<double>& z_mm, double target_mm, const std::string& field,
-                         const std::vector<LeftOutSection>& left_out) {
+absl::Status CheckEnough(const std::vector<double>& z_mm, double half_width_mm, double target_mm,
+                         const std::string& field, const std::vector<LeftOutSection>& left_out) {
   Refusals refusals;
-  const double least_mm =
-      z_mm.empty() ? target_mm : z_mm.front() + kLeastPart * (target_mm - z_mm.front()) - LoweredBy(z_mm);
+  const double least_mm = z_mm.empty() ? target_mm : z_mm.front() + kLeastPart * (target_mm - z_mm.front());
   if (z_mm.size() < kLeastSections)
     refusals.Add(Refuse(field, std::to_string(z_mm.size()) + " sections",
                         "at least " + std::to_string(kLeastSections) + ": a polynomial of degree 5 in z"));
-  else if (!(z_mm.back() >= least_mm - kRounding_mm))
+  else if (!(z_mm.back() + half_width_mm >= least_mm - kRounding_mm))
     refusals.Add(Refuse(field, "sections up to " + Rounded(z_mm.back()),
                         "up to " + Rounded(least_mm) + ": two thirds of the way from the lowest to the target"));
   if (!refusals.status().ok()) AddLeftOut(left_out, field, &refusals);
@@ -164,11 +155,13 @@ absl::StatusOr<MeasuredStack> MeasureSections(const Points& points_mm, const Sta
     outline.surface = options.surface;
     outline.without_corners = options.round_ends;
     made[k] = SectionOf(MeasuredOutline(slabs[k], PlaneAt(z_mm[k], options), outline), z_mm[k], options);
+    if (made[k].ok()) made[k]->half_width_mm = options.half_width_mm;
   });
   MeasuredStack stack = PartedOf(std::move(made), z_mm);
   std::vector<double> kept_mm;
   for (const BladeSection& section : stack.sections) kept_mm.push_back(section.z_mm);
-  const absl::Status enough = CheckEnough(kept_mm, options.heights.target_mm, "sections", stack.left_out);
+  const absl::Status enough =
+      CheckEnough(kept_mm, options.half_width_mm, options.heights.target_mm, "sections", stack.left_out);
   if (!enough.ok()) return enough;
   return stack;
 }

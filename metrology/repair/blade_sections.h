@@ -40,6 +40,7 @@ struct StackOptions {
 
 struct BladeSection {
   double z_mm = 0;
+  double half_width_mm = 0;  // of the slab that it was measured from; 0: of a surface
   Outline outline;
   CamberProfile profile;
 };
@@ -61,10 +62,10 @@ struct MeasuredStack {
 // enough ("sections"), with what each of them was refused for ("sections[3].outline").
 absl::StatusOr<MeasuredStack> MeasureSections(const Points& points_mm, const StackOptions& options);
 
-// Whether sections at these heights tell a regression enough: 12 of them, and two thirds of the way from the lowest to the target. If not, the
-// field is refused, and what was left out with it, under field[index].
-absl::Status CheckEnough(const std::vector<double>& z_mm, double target_mm, const std::string& field,
-                         const std::vector<LeftOutSection>& left_out);
+// Whether sections at these heights tell a regression enough: 12 of them, and, with the last one's slab, two thirds of the way from the lowest to the
+// target. If not, the field is refused, and what was left out with it, under field[index].
+absl::Status CheckEnough(const std::vector<double>& z_mm, double half_width_mm, double target_mm,
+                         const std::string& field, const std::vector<LeftOutSection>& left_out);
 
 // The nominal sections at any heights, by the same code.
 absl::StatusOr<std::vector<BladeSection>> NominalSections(const Surface& surface, const std::vector<double>& z_mm,

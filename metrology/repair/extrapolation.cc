@@ -29,12 +29,17 @@ std::vector<double> HeightsOf(const std::vector<BladeSection>& sections) {
   return z_mm;
 }
 
+// All were measured alike.
+double HalfWidthOf(const std::vector<BladeSection>& measured) {
+  return measured.empty() ? 0 : measured.back().half_width_mm;
+}
+
 absl::Status Check(const std::vector<BladeSection>& measured, const std::vector<BladeSection>& asked) {
   if (asked.empty()) return Refuse("asked", "no sections", "at least one");
   for (std::size_t k = 1; k < measured.size(); ++k)
     if (!(measured[k].z_mm > measured[k - 1].z_mm))
       return Refuse("measured[" + std::to_string(k) + "].z_mm", measured[k].z_mm, "above the section before");
-  return CheckEnough(HeightsOf(measured), asked.back().z_mm, "measured", {});
+  return CheckEnough(HeightsOf(measured), HalfWidthOf(measured), asked.back().z_mm, "measured", {});
 }
 
 // The nominal section of each measured one.
@@ -342,7 +347,8 @@ absl::StatusOr<Extrapolation> Extrapolate(const std::vector<BladeSection>& measu
   const Vector2d pivot_mm = MiddleOf(nominal);  // whatever is left out
   Compared compared = DeviationsOf(measured, *std::move(beside), pivot_mm, thread_count);
   const std::vector<double> z_mm = HeightsOf(compared.nominal);
-  const absl::Status enough = CheckEnough(z_mm, asked.back().z_mm, "measured", compared.left_out);
+  const absl::Status enough =
+      CheckEnough(z_mm, HalfWidthOf(measured), asked.back().z_mm, "measured", compared.left_out);
   if (!enough.ok()) return enough;
   Extrapolation made = method == ExtrapolationMethod::kProcessOfDeviation
                            ? ByProcess(compared.deviations, compared.nominal, asked, pivot_mm, thread_count)

@@ -36,7 +36,7 @@ Eigen::MatrixXd SeriesWith(const More& more) {
 TEST(Foresight, BelievesWhatCameAsTold) {
   const Foresight foresight(Heights(), 55);
   EXPECT_LT(foresight.Growth(SeriesWith([](int) { return 0.0; })), 1.5);
-  // The middle of three numbers is no news: a line, and nothing else.
+  // Of nothing, nothing else came.
   EXPECT_EQ(foresight.Growth(Eigen::MatrixXd::Zero(kHeights, 1)), 1);
 }
 
