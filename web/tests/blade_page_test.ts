@@ -1,11 +1,12 @@
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { after, afterEach, before, test } from 'node:test';
 import type { Page } from 'playwright-core';
 import { axeFindings, complaintsOf, setStage, signedIn, type Stage } from './browser';
 
 let stage: Stage;
 before(async () => { stage = await setStage(12); });
 after(async () => { await stage.stop(); });
+afterEach(() => { stage.gateway.faults.servicesAway.clear(); });  // of a test that failed
 
 const drawn = (page: Page, least: number) => page.waitForFunction((n) => Number(document.querySelector<HTMLCanvasElement>('.view3d canvas')?.dataset['drawn'] ?? 0) >= n, least, { timeout: 60_000 });
 
@@ -43,6 +44,23 @@ test('the verdict is first, and every hole has its value, U and limit', async ()
   assert.match(await table.locator('tr', { hasText: 'G2/H3' }).innerText(), /0\.0412 ± 0\.00\d\d/);
   await drawn(page, 50_000);
   assert.deepEqual(complaints, []);
+  await page.context().close();
+});
+
+test('a blade that has no repair and no pass stays drawn while their service is away, and goes on by itself', async () => {
+  const page = await signedIn(stage, '/blades/SN-0417');
+  const complaints = complaintsOf(page);
+  await page.getByText('It was not judged by a drawing yet').waitFor();
+  await page.getByText('Live', { exact: true }).waitFor();
+  await page.waitForTimeout(1000);  // its lists are there, two of them empty
+  stage.gateway.faults.servicesAway.add('correction');
+  for (const kind of ['repair', 'machining_pass']) stage.plant.journal.put({ kind, name: `${kind}s/1`, blade: 'blades/SN-0417' });
+  const notice = page.getByRole('status').locator('.notice');
+  await notice.filter({ hasText: /The correction service is away for [1-9]\d*\s+s/ }).waitFor();  // what time draws again still is
+  assert.equal(await page.getByRole('heading', { name: 'Repair' }).count(), 0);
+  stage.gateway.faults.servicesAway.clear();
+  await notice.waitFor({ state: 'detached', timeout: 15_000 });
+  assert.deepEqual(complaints.filter((text) => !text.includes('503')), []);
   await page.context().close();
 });
 

@@ -79,6 +79,13 @@ test('while the correction service is away the page says so, and goes on by itse
   stage.gateway.faults.servicesAway.add('correction');
   const page = await signedIn(stage, '/corrections');
   await page.getByRole('alert').getByText('A service is away').waitFor();
+  // The fleet asks nothing of that service: the notice does not stand on it until somebody does.
+  const notice = page.getByRole('status').locator('.notice', { hasText: 'The correction service is away' });
+  await notice.waitFor();
+  await page.getByRole('link', { name: 'Fleet', exact: true }).click();
+  await notice.waitFor({ state: 'detached' });
+  await page.getByRole('link', { name: 'Corrections', exact: true }).click();
+  await notice.waitFor();
   stage.gateway.faults.servicesAway.clear();
   await page.locator('.card').first().waitFor({ timeout: 15_000 });
   await page.context().close();

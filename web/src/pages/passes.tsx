@@ -13,7 +13,7 @@ import { pageOf, personOf, shortId } from '../words/name';
 import { count, number, percent } from '../words/quantity';
 import { dateOf, full } from '../words/time';
 import { PickOne } from '../view/pick_one';
-import { Shown } from '../view/states';
+import { hasNone, Shown } from '../view/states';
 import { Table, type Column } from '../view/table';
 import type { BladeFacts } from './blade_facts';
 import { methodWords } from './blade_story';
@@ -68,7 +68,7 @@ export function Passes({ facts }: { facts: BladeFacts }) {
   const [picked, setPicked] = useState(0);
   const asked = useAsked([blade, may], async (signal) => (may ? (await client(MachiningPassService).listMachiningPasses({ blade, pageSize: 20, view: View.FULL }, { signal })).machiningPasses : []),
     ({ entry }) => entry?.kind === 'machining_pass' && entry.blade === blade);
-  if (!may || (!asked.refusal && !asked.value?.length)) return null;
+  if (!may || hasNone(asked)) return null;
   return (
     <section class="section no-print" aria-labelledby="passes-title" id="passes">
       <div class="table-head"><h2 id="passes-title">Passes over the shape</h2></div>

@@ -12,7 +12,7 @@ import { pageOf, personOf, shortId } from '../words/name';
 import { count, number } from '../words/quantity';
 import { dateOf, full } from '../words/time';
 import { PickOne } from '../view/pick_one';
-import { Shown } from '../view/states';
+import { hasNone, Shown } from '../view/states';
 import { Table, type Column } from '../view/table';
 import type { BladeFacts } from './blade_facts';
 import { methodWords } from './blade_story';
@@ -64,7 +64,7 @@ export function Repair({ facts }: { facts: BladeFacts }) {
   const [picked, setPicked] = useState(0);
   const asked = useAsked([blade, may], async (signal) => (may ? (await client(RepairService).listRepairs({ blade, pageSize: 20, view: View.FULL }, { signal })).repairs : []),
     ({ entry }) => entry?.kind === 'repair' && entry.blade === blade);
-  if (!may || (!asked.refusal && !asked.value?.length)) return null;
+  if (!may || hasNone(asked)) return null;
   return (
     <section class="section no-print" aria-labelledby="repair-title" id="repair">
       <div class="table-head"><h2 id="repair-title">Repair</h2></div>

@@ -1,5 +1,6 @@
 // Whether gateway and services answer: what the notice on every page says, and what pages ask again by.
 import { Cell } from './cell';
+import { route } from './route';
 
 export type Reach = { away: false } | { away: true; what: string; since: Date };
 
@@ -39,7 +40,14 @@ export function noteAnswer(area: string): void {
   recoveries.set(recoveries.value + 1);
 }
 
-export const areasAway = (): string[] => [...away.keys()];
+// Where one goes elsewhere, nobody may ask that service any more, and nothing would say that it is back. All pages follow the plant's events.
+let path = route.value.path;
+route.listen((now) => {
+  if (now.path === path) return;
+  path = now.path;
+  for (const area of [...away.keys()]) if (area !== 'gateway' && area !== 'plant') away.delete(area);
+  say();
+});
 
 // sixpoint.plant.v1.FleetService -> plant
 export const areaOf = (service: string): string => service.split('.')[1] ?? service;

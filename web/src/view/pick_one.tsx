@@ -1,4 +1,4 @@
-// One of several results, the newest first: which, where there is a choice, and that one.
+// One of several results, the newest first: which, where there is a choice, and that one. Of none, nothing.
 import type { ComponentChildren } from 'preact';
 
 // label: of the choice; words: of each in it; picked: its place.
@@ -7,7 +7,7 @@ export function PickOne<T extends { name: string }>({ all, label, picked, onPick
     <>
       {all.length > 1 && <label class="no-print">{label} <select value={picked} onChange={(event) => onPick(Number(event.currentTarget.value))}>
         {all.map((one, i) => <option key={one.name} value={i}>{words(one)}</option>)}</select></label>}
-      {children(all[Math.min(picked, all.length - 1)]!)}
+      {all.length > 0 && children(all[Math.min(picked, all.length - 1)]!)}
     </>
   );
 }

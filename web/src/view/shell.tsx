@@ -1,6 +1,6 @@
 // What stands around every page: where one can go, who one is, and what is away.
 import type { ComponentChildren, FunctionComponent } from 'preact';
-import { useEffect, useRef, useState } from 'preact/hooks';
+import { useEffect, useErrorBoundary, useRef, useState } from 'preact/hooks';
 import { useCell } from '../plant/cell';
 import { eventsState } from '../plant/events';
 import { reach } from '../plant/reach';
@@ -98,7 +98,14 @@ function Body({ path }: { path: string }) {
     return <Empty title="The page could not be fetched">The gateway is away: it is asked again every 3 seconds. Or the plant was updated: <button type="button" onClick={() => location.reload()}>Load again</button></Empty>;
   }
   const Content = loaded.module.default;
-  return <Content key={path} argument={decodeURIComponent(page.pattern.exec(path)?.[1] ?? '')} />;
+  return <Guarded key={path}><Content argument={decodeURIComponent(page.pattern.exec(path)?.[1] ?? '')} /></Guarded>;
+}
+
+// A page that fails to draw itself says so, instead of standing as it was for ever; the rest of the shell goes on.
+function Guarded({ children }: { children: ComponentChildren }) {
+  const [failure, drawAgain] = useErrorBoundary((error: unknown) => console.error(error));
+  if (failure === undefined) return <>{children}</>;
+  return <Empty title="This page could not be drawn">A fault of the page, not of the plant: {String(failure)}. <button type="button" onClick={drawAgain}>Draw it again</button></Empty>;
 }
 
 export function Heading({ children, title }: { children: ComponentChildren; title: string }) {

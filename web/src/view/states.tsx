@@ -35,6 +35,9 @@ export function Shown<T>({ asked, what, children }: { asked: Asked<T>; what: str
   return <Loading what={what} />;
 }
 
+// Of a section that is drawn only where there is something: an empty list stays empty while its service is away.
+export const hasNone = (asked: Asked<unknown[]>): boolean => (asked.value ? asked.value.length === 0 : !asked.refusal);
+
 // What stands above a list that comes page by page, and the way to its next page.
 export function ListState<T>({ list, what }: { list: Paged<T>; what: string }) {
   if (list.refusal && (list.rows === undefined || !list.refusal.isAway)) return <Refused refusal={list.refusal} again={list.again} />;

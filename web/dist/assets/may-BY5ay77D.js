@@ -1,1 +1,0 @@
-import{Q as t,Y as n,Z as l,$ as r,a0 as i}from"./index-DDgPWykj.js";function u(e,s){const a=l(s,i).roles.map(o=>r[o]);return e.some(o=>a.includes(o))}function m(e){const s=t(n);return s.is==="in"&&u(s.session.roles,e)}export{m as u};
