@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "metrology/frames/angles.h"
 #include "metrology/reconstruction/check_reconstruction.h"
 #include "metrology/reconstruction/shape_proof.h"
 #include "metrology/reconstruction/shape_words.h"
-#include "refusal/message_text.h"
+#include "metrology/reconstruction/stock_cuts.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
@@ -172,16 +171,33 @@ class Search {
     return found;
   }
 
-  // True where all is kept. Each pass minds the limits to first order about the one before.
+  // By this pass's limits, to first order about the one before, and by what counts on of earlier ones as long as all can be kept.
+  absl::StatusOr<LimitedLattice> Pass(const Level& level, const std::vector<LimitPush>& held, bool is_last,
+                                      StockCuts* cuts) {
+    limits_ = problem_.Limits(level.still, options_.margin_mm);
+    const std::size_t own_count = limits_.size();
+    cuts->TakeTurned(limits_);
+    cuts->AppendTo(&limits_);
+    auto solved = Firmly(level, held, is_last);
+    limits_.resize(own_count);
+    if (solved.ok() && !cuts->empty() && solved->slack_mm[0] > Bearable_mm()) {
+      cuts->Clear();
+      solved = Firmly(level, held, is_last);
+    }
+    if (solved.ok()) solved->pushes = cuts->Owned(solved->pushes, own_count);
+    return solved;
+  }
+
+  // True where all is kept.
   absl::StatusOr<bool> Passes(const Level& level, bool is_last) {
     const double bearable_mm = Bearable_mm();
     std::vector<LimitPush> held;
+    StockCuts cuts;
     double last_mm = std::numeric_limits<double>::infinity();
     ControlDisplacements last_controls_mm;
     int worse_count = 0;
     for (int pass = 0; pass < options_.most_passes; ++pass) {
-      limits_ = problem_.Limits(level.still, options_.margin_mm);
-      auto solved = Firmly(level, held, is_last);
+      auto solved = Pass(level, held, is_last, &cuts);
       if (!solved.ok()) return solved.status();
       ++result_.pass_count;
       held = solved->pushes;
@@ -191,6 +207,8 @@ class Search {
       if (absl::Status moved = Move(level, solved->controls_mm); !moved.ok()) return moved;
       pushes_ = held;
       // First order ended before: half of the way has more of what it promised.
+      if (pass > 0 && misses_.Most() > last_mm)
+        cuts.TakeMissed(problem_.Limits(level.still, options_.margin_mm), *deformation_, options_.margin_mm);
       for (int half = 0; half < kMostHalves && pass > 0 && misses_.Most() > last_mm; ++half) {
         const ControlDisplacements half_mm = (last_controls_mm + deformation_->controls_mm()) / 2;
         if (absl::Status moved = Move(level, half_mm); !moved.ok()) return moved;
@@ -253,19 +271,11 @@ class Search {
     const auto coarse = CoarsenessOf(problem_, level.system, problem_.Limits(level.still, 0), enough_mm, options_);
     if (!coarse.ok()) return coarse.status();
     if (!(coarse->missed_mm > enough_mm)) return absl::OkStatus();
-    return TooCoarse("region " + regions_[coarse->place.region].name + " is missed by at least " +
-                     Rounded(1e3 * coarse->missed_mm) + " um");
+    return TooCoarse(RegionMissedText(regions_[coarse->place.region], "at least ", coarse->missed_mm));
   }
 
-  absl::Status Kinks(const ShapeTransition& transition) const {
-    return TooCoarse("the transition of region " + regions_[transition.kink_region].name + " kinks by " +
-                     Rounded(transition.kink_rad * 180 / kPi) + " deg");
-  }
-
-  absl::Status TooCoarse(const std::string& what) const {
-    return Refuse("options.finest_spacing_mm", Rounded(result_.spacing_mm) + " mm is too coarse: " + what,
-                  "a finer lattice");
-  }
+  absl::Status Kinks(const ShapeTransition& transition) const { return TooCoarse(KinkText(regions_, transition)); }
+  absl::Status TooCoarse(const std::string& what) const { return TooCoarseAt(result_.spacing_mm, what); }
 
   // Whether a shape that was found keeps all that was measured, though not what was guessed between the patches: a guess forbids no shape, but is told.
   bool KeepsWhatWasMeasured() {
@@ -322,8 +332,7 @@ class Search {
           CoarsenessOf(problem_, level.system, limits, std::numeric_limits<double>::infinity(), options_);
       if (!coarse.ok()) return coarse.status();
       if (coarse->missed_mm > options_.threshold_mm)
-        return TooCoarse("region " + regions_[coarse->place.region].name + " is missed by " +
-                         Rounded(1e3 * coarse->missed_mm) + " um");
+        return TooCoarse(RegionMissedText(regions_[coarse->place.region], "", coarse->missed_mm));
       std::vector<LimitPush> pushes = first_.pushes;
       // Those of guesses prove nothing.
       pushes.erase(std::remove_if(pushes.begin(), pushes.end(),
@@ -332,11 +341,8 @@ class Search {
       result_.proof = ProveOnLattice(problem_, level.still, limits, pushes);
     }
     if (result_.proof) {
-      for (const LimitKind kind : {LimitKind::kTolerance, LimitKind::kStock}) {
-        auto relaxed = Relax(level.system, limits, kind, KnownLack(kind), result_.proof->control_reach_mm, options_);
-        if (!relaxed.ok()) return relaxed.status();
-        (kind == LimitKind::kTolerance ? result_.proof->tolerance : result_.proof->stock) = *std::move(relaxed);
-      }
+      const absl::Status cured = FindCures(problem_, level.system, limits, options_, &*result_.proof);
+      if (!cured.ok()) return cured;
       result_.outcome = ShapeOutcome::kInfeasible;
       result_.remark = result_.proof->of_any_shape
                            ? "the blank does not contain the part within its tolerance, whatever its shape"
@@ -349,13 +355,6 @@ class Search {
     result_.outcome = ShapeOutcome::kNotDetermined;
     result_.remark = "neither a shape nor a proof was found: " + what;
     return result_;
-  }
-
-  // What the worst place lacks by itself, of one kind.
-  double KnownLack(LimitKind kind) const {
-    for (const auto& [lacking_mm, patch] : problem_.Contradictions())
-      if (kind == LimitKind::kTolerance || problem_.IsMachined(patch)) return lacking_mm;
-    return 0;
   }
 
   const std::vector<ShapeRegion>& regions_;

@@ -28,6 +28,47 @@ ShapeProof ProofOf(const ShapeProblem& problem, const std::vector<DisplacementLi
   return proof;
 }
 
+// What the worst place lacks by itself, of one kind.
+double KnownLack_mm(const ShapeProblem& problem, LimitKind kind) {
+  for (const auto& [lacking_mm, patch] : problem.Contradictions())
+    if (kind == LimitKind::kTolerance || problem.IsMachined(patch)) return lacking_mm;
+  return 0;
+}
+
+// Of one kind; known_mm: that at least is known to be lacking.
+absl::StatusOr<std::optional<LeastRelaxation>> Relax(const LatticeSystem& system,
+                                                     const std::vector<DisplacementLimit>& limits, LimitKind kind,
+                                                     double known_mm, double control_reach_mm,
+                                                     const ReconstructionOptions& options) {
+  SlackRule rule;
+  rule.group.fill(1);
+  rule.group[static_cast<std::size_t>(kind)] = 0;
+  rule.compliance = {1e-5, 1e-9, 0, 0};
+  const auto solved = SolveLimited(system, limits, rule, {}, options.threads, options.keep_going);
+  if (!solved.ok()) return solved.status();
+  const auto misses = MissesOf(system.lattice(), solved->controls_mm, limits, options.threads);
+  LeastRelaxation relaxation;
+  double others_mm = 0;
+  for (std::size_t i = 0; i < limits.size(); ++i)
+    for (const bool most : {false, true}) {
+      const double miss_mm = most ? misses[i].most_mm : misses[i].least_mm;
+      double& worst_mm =
+          (most ? limits[i].most_kind : limits[i].least_kind) == kind ? relaxation.at_most_mm : others_mm;
+      worst_mm = std::max(worst_mm, miss_mm);
+    }
+  if (!solved->settled || others_mm > kKept_mm) return std::nullopt;
+  double all = 0, may_give = 0;
+  for (const LimitPush& push : solved->pushes) {
+    all += push.force;
+    if ((push.most ? limits[push.limit].most_kind : limits[push.limit].least_kind) == kind) may_give += push.force;
+  }
+  const double missed_mm = ProvenMiss_mm(system.lattice(), limits, solved->pushes, control_reach_mm);
+  relaxation.at_least_mm = known_mm;
+  if (may_give > 0) relaxation.at_least_mm = std::max(known_mm, missed_mm * all / may_give);
+  relaxation.at_most_mm = std::max(relaxation.at_most_mm, relaxation.at_least_mm);
+  return relaxation;
+}
+
 }  // namespace
 
 std::optional<ShapeProof> ProveAtPlaces(const ShapeProblem& problem, const FreeFormDeformation& still) {
@@ -88,37 +129,15 @@ absl::StatusOr<Coarseness> CoarsenessOf(const ShapeProblem& problem, const Latti
   return found;
 }
 
-absl::StatusOr<std::optional<LeastRelaxation>> Relax(const LatticeSystem& system,
-                                                     const std::vector<DisplacementLimit>& limits, LimitKind kind,
-                                                     double known_mm, double control_reach_mm,
-                                                     const ReconstructionOptions& options) {
-  SlackRule rule;
-  rule.group.fill(1);
-  rule.group[static_cast<std::size_t>(kind)] = 0;
-  rule.compliance = {1e-5, 1e-9, 0, 0};
-  const auto solved = SolveLimited(system, limits, rule, {}, options.threads, options.keep_going);
-  if (!solved.ok()) return solved.status();
-  const auto misses = MissesOf(system.lattice(), solved->controls_mm, limits, options.threads);
-  LeastRelaxation relaxation;
-  double others_mm = 0;
-  for (std::size_t i = 0; i < limits.size(); ++i)
-    for (const bool most : {false, true}) {
-      const double miss_mm = most ? misses[i].most_mm : misses[i].least_mm;
-      double& worst_mm =
-          (most ? limits[i].most_kind : limits[i].least_kind) == kind ? relaxation.at_most_mm : others_mm;
-      worst_mm = std::max(worst_mm, miss_mm);
-    }
-  if (!solved->settled || others_mm > kKept_mm) return std::nullopt;
-  double all = 0, may_give = 0;
-  for (const LimitPush& push : solved->pushes) {
-    all += push.force;
-    if ((push.most ? limits[push.limit].most_kind : limits[push.limit].least_kind) == kind) may_give += push.force;
+absl::Status FindCures(const ShapeProblem& problem, const LatticeSystem& system,
+                       const std::vector<DisplacementLimit>& limits, const ReconstructionOptions& options,
+                       ShapeProof* proof) {
+  for (const LimitKind kind : {LimitKind::kTolerance, LimitKind::kStock}) {
+    auto relaxed = Relax(system, limits, kind, KnownLack_mm(problem, kind), proof->control_reach_mm, options);
+    if (!relaxed.ok()) return relaxed.status();
+    (kind == LimitKind::kTolerance ? proof->tolerance : proof->stock) = *std::move(relaxed);
   }
-  const double missed_mm = ProvenMiss_mm(system.lattice(), limits, solved->pushes, control_reach_mm);
-  relaxation.at_least_mm = known_mm;
-  if (may_give > 0) relaxation.at_least_mm = std::max(known_mm, missed_mm * all / may_give);
-  relaxation.at_most_mm = std::max(relaxation.at_most_mm, relaxation.at_least_mm);
-  return relaxation;
+  return absl::OkStatus();
 }
 
 }  // namespace sixpoint::metrology

@@ -23,10 +23,9 @@ absl::StatusOr<Coarseness> CoarsenessOf(const ShapeProblem& problem, const Latti
                                         std::vector<DisplacementLimit> limits, double enough_mm,
                                         const ReconstructionOptions& options);
 
-// The uniform slack of one kind of limits that would cure it, the others kept; unset: none does. known_mm: that at least is known to be lacking.
-absl::StatusOr<std::optional<LeastRelaxation>> Relax(const LatticeSystem& system,
-                                                     const std::vector<DisplacementLimit>& limits, LimitKind kind,
-                                                     double known_mm, double control_reach_mm,
-                                                     const ReconstructionOptions& options);
+// The uniform slack of tolerance alone, and of stock alone, that would cure it, the others kept; left unset where none does.
+absl::Status FindCures(const ShapeProblem& problem, const LatticeSystem& system,
+                       const std::vector<DisplacementLimit>& limits, const ReconstructionOptions& options,
+                       ShapeProof* proof);
 
 }  // namespace sixpoint::metrology

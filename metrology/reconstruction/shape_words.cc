@@ -1,6 +1,8 @@
 #include "metrology/reconstruction/shape_words.h"
 
+#include "metrology/frames/angles.h"
 #include "refusal/message_text.h"
+#include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -39,6 +41,19 @@ std::string MissedText(const std::vector<ShapeRegion>& regions, const ShapeMisse
     if (misses.missed_mm[k] > misses.missed_mm[kind]) kind = k;
   return std::string(NameOf(static_cast<LimitKind>(kind))) + " of region " + regions[misses.region[kind]].name +
          " is missed by " + Rounded(1e3 * misses.missed_mm[kind]) + " um";
+}
+
+std::string RegionMissedText(const ShapeRegion& region, const std::string& how, double missed_mm) {
+  return "region " + region.name + " is missed by " + how + Rounded(1e3 * missed_mm) + " um";
+}
+
+std::string KinkText(const std::vector<ShapeRegion>& regions, const ShapeTransition& transition) {
+  return "the transition of region " + regions[transition.kink_region].name + " kinks by " +
+         Rounded(transition.kink_rad * 180 / kPi) + " deg";
+}
+
+absl::Status TooCoarseAt(double spacing_mm, const std::string& what) {
+  return Refuse("options.finest_spacing_mm", Rounded(spacing_mm) + " mm is too coarse: " + what, "a finer lattice");
 }
 
 }  // namespace sixpoint::metrology

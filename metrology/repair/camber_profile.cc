@@ -26,6 +26,10 @@ constexpr double kLeastScatter_mm = 1e-4;    // below it circles scatter by roun
 constexpr double kLeadingReachRadii = 2;     // of the last circle: so far back the leading parabola is taken
 constexpr double kTrailingReachRadii = 1.6;  // and the trailing line
 constexpr std::size_t kExtensionPoints = 16;
+constexpr double kTipReachRadii = 0.5;  // so far along the outline a better tip is looked for
+constexpr double kTipSettled_mm = 1e-3;
+// Off the middle: what is less stays straight, for a tip that follows noise says nothing of those above it.
+constexpr double kEven_mm = 2e-3;
 constexpr double kLongestRadii = 4;  // no end is farther from its last circle
 
 // The medial axis as functions of the way along it.
@@ -205,10 +209,40 @@ CamberExtension Along(Way way, const Outline& outline, double longest_mm, const 
   return extension;
 }
 
+// About a round end's centre the middle turns more than places before it tell: of all tips nearby the one to which a straight way from the last
+// place is least off the middle.
+void EvenOut(const Outline& outline, double far_tip_mm, std::size_t last_told, double radius_mm,
+             CamberExtension* extension) {
+  const Vector2d from_mm = extension->points_mm[last_told];
+  const std::size_t rest = extension->points_mm.size() - 1 - last_told;
+  const double found_mm = outline.At(outline.Nearest(extension->tip_mm));
+  const auto place = [&](const Vector2d& tip_mm, std::size_t k) {
+    return Vector2d(from_mm + static_cast<double>(k) / static_cast<double>(rest) * (tip_mm - from_mm));
+  };
+  const auto off_mm = [&](double tip_at_mm) {
+    const OutlineSides sides(outline, tip_at_mm, far_tip_mm);
+    const Vector2d tip_mm = outline.PointAt(outline.PlaceAt(tip_at_mm));
+    double most = 0;
+    for (std::size_t k = 1; k < rest; ++k) most = std::max(most, std::abs(sides.Difference(place(tip_mm, k))));
+    return most;
+  };
+  double best_mm = found_mm, least_mm = off_mm(found_mm);
+  for (double step_mm = kTipReachRadii * radius_mm / 2; step_mm > kTipSettled_mm && least_mm > kEven_mm; step_mm /= 2) {
+    for (const double at_mm : {best_mm - step_mm, best_mm + step_mm}) {
+      const double off = off_mm(at_mm);
+      if (off < least_mm) least_mm = off, best_mm = at_mm;
+    }
+  }
+  extension->tip_mm = outline.PointAt(outline.PlaceAt(best_mm));
+  extension->outward = (extension->tip_mm - from_mm).normalized();
+  for (std::size_t k = 1; k <= rest; ++k) extension->points_mm[last_told + k] = place(extension->tip_mm, k);
+}
+
 // Each of its places moved to the middle as long as that is told; from there straight on. The tip parts the sides, and so is found again.
 // inside_mm: a place of the line half a radius before its last circle.
 CamberExtension Bisected(CamberExtension extension, const Outline& outline, double far_tip_mm,
                          const Vector2d& inside_mm, double radius_mm) {
+  std::optional<std::size_t> last_told;
   for (int turn = 0; turn < 4; ++turn) {
     const OutlineSides sides(outline, outline.At(outline.Nearest(extension.tip_mm)), far_tip_mm);
     std::vector<Vector2d> told;
@@ -228,7 +262,9 @@ CamberExtension Bisected(CamberExtension extension, const Outline& outline, doub
     extension.points_mm = told;
     const int rest = std::max<int>(4, kExtensionPoints - told.size());
     for (int k = 1; k <= rest; ++k) extension.points_mm.push_back(told.back() + *leaves * k / rest * along);
+    last_told = told.size() - 1;
   }
+  if (last_told) EvenOut(outline, far_tip_mm, *last_told, radius_mm, &extension);
   return extension;
 }
 

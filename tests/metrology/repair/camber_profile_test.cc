@@ -54,6 +54,34 @@ TEST(CamberProfile, BisectedIsAsFarFromBothSides) {
   }
 }
 
+// Waves of some micrometres along the outline, as a worn section has them: about a blunt end's centre the way turns more than places before it tell.
+TEST(CamberProfile, ToAWornEndTheWayStaysInTheMiddle) {
+  std::mt19937_64 random(11);
+  double worst_mm = 0;
+  for (int i = 0; i < 30; ++i) {
+    Blade blade = RandomBlade(random);
+    if (i % 2 == 1) blade.leading = BladeEnd::kEllipse, blade.flat_laws = true;
+    const auto form_mm = FourierForm(0.03, 20, 60, random);
+    auto polygon = PolygonOf(blade, 0.02);
+    const auto plain = polygon;
+    const auto count = plain.size();
+    std::vector<double> along_mm = {0};
+    for (std::size_t k = 0; k < count; ++k)
+      along_mm.push_back(along_mm.back() + (plain[(k + 1) % count] - plain[k]).norm());
+    for (std::size_t k = 0; k < count; ++k) {
+      const Vector2d way = plain[(k + 1) % count] - plain[(k + count - 1) % count];
+      polygon[k] += form_mm(along_mm[k] / along_mm.back()) * Vector2d(way.y(), -way.x()).normalized();
+    }
+    const Outline outline = ChebyshevOutline(LoopOutline(polygon)->fitted.outline);
+    const auto profile = ProfileOf(outline, {}, CamberMethod::kBisected);
+    ASSERT_TRUE(profile.ok()) << profile.status();
+    const CamberCheck check = CheckCamber(*profile, outline);
+    worst_mm = std::max({worst_mm, check.leading_extension_mm, check.trailing_extension_mm});
+  }
+  std::printf("worst %.2f um\n", 1e3 * worst_mm);
+  EXPECT_LT(worst_mm, 0.005);
+}
+
 TEST(CamberProfile, PointsAreDenseAtTheEnds) {
   const Outline outline = ChebyshevOutline(LoopOutline(PolygonOf(Blade(), 0.02))->fitted.outline);
   EXPECT_NEAR(static_cast<double>(outline.size()), static_cast<double>(kOutlinePoints), 4);

@@ -1,0 +1,35 @@
+// Stock limits of the passes before that count on. At a thin edge the foot of a patch goes around it from pass to pass: by its own directions alone
+// each pass would give back what the one before asked for. A limit along another direction asks no less than the stock: where all along which a
+// patch was looked at are kept, passes come to an end. Used by ReconstructShape alone; of one lattice.
+#pragma once
+
+#include <vector>
+
+#include "metrology/reconstruction/free_form_deformation.h"
+#include "metrology/reconstruction/limited_lattice.h"
+
+namespace sixpoint::metrology {
+
+class StockCuts {
+ public:
+  // Keeps those of the pass before whose direction is another in this one.
+  void TakeTurned(const std::vector<DisplacementLimit>& now);
+  // Of a way that missed more than where it began: those that its end misses by more, as they stand there.
+  void TakeMissed(const std::vector<DisplacementLimit>& there, const FreeFormDeformation& end, double more_than_mm);
+
+  bool empty() const { return cuts_.empty(); }
+  // Where they cannot be kept together with this pass's own.
+  void Clear() { cuts_.clear(), own_of_.clear(); }
+
+  void AppendTo(std::vector<DisplacementLimit>* limits) const;
+  // Pushes of what was appended behind `own_count` limits become pushes of their patches' own ones.
+  std::vector<LimitPush> Owned(const std::vector<LimitPush>& pushes, std::size_t own_count) const;
+
+ private:
+  void Take(const DisplacementLimit& cut, std::size_t own);
+
+  std::vector<DisplacementLimit> before_, cuts_;
+  std::vector<std::size_t> own_of_;  // of each cut, its patch's limit
+};
+
+}  // namespace sixpoint::metrology
