@@ -10,6 +10,8 @@
 
 namespace sixpoint::bench {
 
+inline constexpr double kPatchNoise_mm = 3e-4;  // of a patch's mean
+
 struct BladeCase {
   testing::BlankOf blank;
   std::vector<metrology::ShapeRegion> regions;

@@ -22,13 +22,13 @@ constexpr double kRadius_mm = 3, kLength_mm = 40;
 constexpr double kScallop_mm = 0.003;  // between passes
 constexpr double kStep_mm = 0.15;      // of the ball's centre: about an edge it goes farther than its contact
 constexpr double kContactStep_mm = 0.01;
-constexpr double kTilt_rad = 0.5;                              // of the axis from the surface towards the tip
-constexpr double kClear_mm = 1;                                // of both end faces
-constexpr double kStrip_mm = 2;                                // over which the path goes back to the template
-constexpr double kDepth_mm = 0.3;                              // below the shape, looked at
-constexpr double kPatchNoise_mm = 3e-4, kPoseNoise_mm = 1e-3;  // of a patch's mean, and of where the blade stands
-constexpr double kChatter_mm = 2e-3;                           // of a place of the path, one sigma
-constexpr double kReach_mm = 0.6;                              // of what is learned about a place of the path
+constexpr double kTilt_rad = 0.5;       // of the axis from the surface towards the tip
+constexpr double kClear_mm = 1;         // of both end faces
+constexpr double kStrip_mm = 2;         // over which the path goes back to the template
+constexpr double kDepth_mm = 0.3;       // below the shape, looked at
+constexpr double kPoseNoise_mm = 1e-3;  // of where the blade stands
+constexpr double kChatter_mm = 2e-3;    // of a place of the path, one sigma
+constexpr double kReach_mm = 0.6;       // of what is learned about a place of the path
 
 // How a mill gives way.
 struct Mill {

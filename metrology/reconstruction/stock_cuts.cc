@@ -20,6 +20,7 @@ void StockCuts::Take(const DisplacementLimit& cut, std::size_t own) {
 }
 
 void StockCuts::TakeTurned(const std::vector<DisplacementLimit>& now) {
+  if (cuts_.size() > now.size()) Clear();
   for (std::size_t i = 0; i < std::min(before_.size(), now.size()); ++i)
     if (AsksStock(before_[i]) && before_[i].direction.dot(now[i].direction) < kTurned) Take(before_[i], i);
   before_ = now;

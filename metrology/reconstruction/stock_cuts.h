@@ -12,7 +12,7 @@ namespace sixpoint::metrology {
 
 class StockCuts {
  public:
-  // Keeps those of the pass before whose direction is another in this one.
+  // Keeps those of the pass before whose direction is another in this one. Of more than a pass has limits itself none is kept: memory stays bounded.
   void TakeTurned(const std::vector<DisplacementLimit>& now);
   // Of a way that missed more than where it began: those that its end misses by more, as they stand there.
   void TakeMissed(const std::vector<DisplacementLimit>& there, const FreeFormDeformation& end, double more_than_mm);

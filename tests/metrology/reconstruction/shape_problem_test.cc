@@ -239,6 +239,48 @@ TEST(Transition, MindsPatchesWithinReachAndNoLine) {
   EXPECT_GT(alone.Transition().step_mm, 0);
 }
 
+// Where the transition kinks, the shape is asked to be nearer than what is left there; elsewhere, and where nothing kinks, nothing is asked anew.
+TEST(Transition, WhereItKinksTheShapeIsAskedToBeNearer) {
+  constexpr double kSlope = 1.2e-3, kNearer = 0.75;
+  Asked asked({}, 0, 0);
+  AddPatches(
+      -6, 4, [](int i, int) { return i < 0 ? kSlope * kPatch_mm * i : 0.0; }, &asked.blank);
+  ShapeProblem problem = asked.Problem();
+  problem.LookAt(nullptr);
+  const FreeFormDeformation still = asked.Shifted(problem, Vector3d::Zero());
+  const auto half_widths_mm = [&] {
+    std::vector<double> widths_mm;
+    const auto limits = problem.Limits(still, 0);
+    for (std::size_t j = 0; j < asked.blank.size(); ++j) {
+      const DisplacementLimit& limit = limits[problem.PatchLimit(j)];
+      const bool is_fixed = limit.most_kind == LimitKind::kFixed;
+      widths_mm.push_back(is_fixed ? (limit.most_mm - limit.least_mm) / 2 : -1);
+    }
+    return widths_mm;
+  };
+  const auto before_mm = half_widths_mm();
+  EXPECT_FALSE(problem.NarrowAtKinks(1.01 * std::atan(kSlope)));
+  EXPECT_EQ(half_widths_mm(), before_mm);
+  EXPECT_TRUE(problem.NarrowAtKinks(0.99 * std::atan(kSlope)));
+  const auto after_mm = half_widths_mm();
+  std::size_t narrowed = 0;
+  for (std::size_t j = 0; j < before_mm.size(); ++j) {
+    if (before_mm[j] < 0) continue;
+    EXPECT_LE(after_mm[j], before_mm[j]);
+    if (after_mm[j] == before_mm[j]) continue;
+    ++narrowed;
+    const double x_mm = asked.blank[j].point_mm.x();
+    EXPECT_GT(x_mm, -4) << "far from the cut";
+    // About a place within three patches of it something is left by this at most.
+    const double left_mm = kSlope * (std::abs(x_mm) + 3 * kPatch_mm);
+    EXPECT_LE(after_mm[j], kNearer * left_mm + asked.options.coverage_factor * kUncertainty_mm + 1e-9);
+  }
+  EXPECT_GT(narrowed, 10u);
+  // Asked again, what is left is the same, and so is what is asked.
+  EXPECT_TRUE(problem.NarrowAtKinks(0.99 * std::atan(kSlope)));
+  EXPECT_EQ(half_widths_mm(), after_mm);
+}
+
 // What is left out where it had room is what is missed nowhere: beside every deformation the misses are those of one who measures all.
 TEST(LookAt, WhatMayBeMissedIsAsIfAllWereMeasured) {
   Asked asked({0.01, 1.5, 0}, 0, 0.02);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace sixpoint::metrology {
@@ -42,6 +43,16 @@ TEST(StockCuts, KeepsWhatTurnsAndAsksStock) {
   EXPECT_EQ(Cuts(cuts)[1].most_mm, 0.5);
   cuts.Clear();
   EXPECT_TRUE(cuts.empty());
+}
+
+TEST(StockCuts, StaysBounded) {
+  StockCuts cuts;
+  std::size_t most = 0;
+  for (int pass = 0; pass < 20; ++pass) {
+    cuts.TakeTurned({StockLimit(0.1 * pass, 0.1), StockLimit(0.1 * pass, 0.2)});
+    most = std::max(most, Cuts(cuts).size());
+  }
+  EXPECT_EQ(most, 4u);  // 38 without a bound
 }
 
 TEST(StockCuts, TakesWhatAWayMissesAtItsEnd) {
