@@ -191,6 +191,16 @@ std::vector<LimitMiss> MissesOf(const ControlLattice& lattice, const ControlDisp
   return misses;
 }
 
+double WorstMiss_mm(const std::vector<DisplacementLimit>& limits, const std::vector<LimitMiss>& misses,
+                    LimitKind kind) {
+  double worst_mm = 0;
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    if (limits[i].least_kind == kind) worst_mm = std::max(worst_mm, misses[i].least_mm);
+    if (limits[i].most_kind == kind) worst_mm = std::max(worst_mm, misses[i].most_mm);
+  }
+  return worst_mm;
+}
+
 absl::StatusOr<LimitedLattice> SolveLimited(const LatticeSystem& system, const std::vector<DisplacementLimit>& limits,
                                             const SlackRule& rule, const std::vector<LimitPush>& held, int threads,
                                             const std::function<bool()>& keep_going) {

@@ -63,6 +63,8 @@ struct LimitMiss {
 };
 std::vector<LimitMiss> MissesOf(const ControlLattice& lattice, const ControlDisplacements& controls_mm,
                                 const std::vector<DisplacementLimit>& limits, int threads);
+// Of the limits of one kind; 0 where all are kept.
+double WorstMiss_mm(const std::vector<DisplacementLimit>& limits, const std::vector<LimitMiss>& misses, LimitKind kind);
 
 // What the pushes prove: for any controls of which none moves more than `reach_mm`, some limit is missed by at least this, forces
 // weighing. Above 0: there are no such controls that keep all limits (Farkas; the imbalance of the pushes is charged at its worst).

@@ -60,7 +60,7 @@ class Search {
       if (!is_last && IsHopeless(*level)) continue;
       if (is_last && !contradicts_)
         if (absl::Status coarse = CheckCoarseness(*level); !coarse.ok()) return coarse;
-      const absl::StatusOr<bool> found = Passes(*level, is_last);
+      const absl::StatusOr<bool> found = EitherWay(*level, is_last);
       if (!found.ok()) return found.status();
       if (*found) {
         const ShapeTransition transition = problem_.Transition();
@@ -140,12 +140,7 @@ class Search {
   double FreeMiss_mm(const Level& level) const {
     const auto limits = problem_.Limits(level.still, options_.margin_mm);
     const ControlDisplacements free_mm = level.system.Moved(Eigen::MatrixXd::Zero(level.system.size(), 3));
-    const auto misses = MissesOf(level.still.lattice(), free_mm, limits, options_.threads);
-    double most_mm = 0;
-    for (std::size_t i = 0; i < limits.size(); ++i)
-      if (limits[i].most_kind == LimitKind::kFixed)
-        most_mm = std::max({most_mm, misses[i].least_mm, misses[i].most_mm});
-    return most_mm;
+    return WorstMiss_mm(limits, MissesOf(level.still.lattice(), free_mm, limits, options_.threads), LimitKind::kFixed);
   }
 
   // Firmer as long as that takes the slack away: what is possible costs bounded pushes. What is not is left as it misses least; its firmest pushes are
@@ -188,11 +183,18 @@ class Search {
     return solved;
   }
 
+  // Where the first pass had a shape, and passes found no way to it: once more with all that they learn kept from the first one on.
+  absl::StatusOr<bool> EitherWay(const Level& level, bool is_last) {
+    absl::StatusOr<bool> found = Passes(level, is_last, StockCuts(false));
+    if (!found.ok() || *found || contradicts_ || first_.slack_mm[0] > Bearable_mm()) return found;
+    problem_.LookAt(&*begin_);
+    return Passes(level, is_last, StockCuts(true));
+  }
+
   // True where all is kept.
-  absl::StatusOr<bool> Passes(const Level& level, bool is_last) {
+  absl::StatusOr<bool> Passes(const Level& level, bool is_last, StockCuts cuts) {
     const double bearable_mm = Bearable_mm();
     std::vector<LimitPush> held;
-    StockCuts cuts;
     double last_mm = std::numeric_limits<double>::infinity();
     ControlDisplacements last_controls_mm;
     int worse_count = 0;
@@ -375,8 +377,7 @@ class Search {
   std::optional<Kept> measured_;           // by what was measured alone
   std::optional<ShapeTransition> kinked_;  // before it was asked for more
   int narrowed_count_ = 0;
-  bool guessed_ = false;      // how the blank stands between its patches
-  bool contradicts_ = false;  // at single places
+  bool guessed_ = false, contradicts_ = false;  // how the blank stands between its patches; at single places
   LimitedLattice first_;
   std::vector<LimitPush> pushes_, firmest_;
   ShapeMisses misses_;

@@ -48,14 +48,11 @@ absl::StatusOr<std::optional<LeastRelaxation>> Relax(const LatticeSystem& system
   if (!solved.ok()) return solved.status();
   const auto misses = MissesOf(system.lattice(), solved->controls_mm, limits, options.threads);
   LeastRelaxation relaxation;
+  relaxation.at_most_mm = WorstMiss_mm(limits, misses, kind);
   double others_mm = 0;
-  for (std::size_t i = 0; i < limits.size(); ++i)
-    for (const bool most : {false, true}) {
-      const double miss_mm = most ? misses[i].most_mm : misses[i].least_mm;
-      double& worst_mm =
-          (most ? limits[i].most_kind : limits[i].least_kind) == kind ? relaxation.at_most_mm : others_mm;
-      worst_mm = std::max(worst_mm, miss_mm);
-    }
+  for (std::size_t other = 0; other < kLimitKinds; ++other)
+    if (static_cast<LimitKind>(other) != kind)
+      others_mm = std::max(others_mm, WorstMiss_mm(limits, misses, static_cast<LimitKind>(other)));
   if (!solved->settled || others_mm > kKept_mm) return std::nullopt;
   double all = 0, may_give = 0;
   for (const LimitPush& push : solved->pushes) {

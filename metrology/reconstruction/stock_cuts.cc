@@ -21,18 +21,25 @@ void StockCuts::Take(const DisplacementLimit& cut, std::size_t own) {
 
 void StockCuts::TakeTurned(const std::vector<DisplacementLimit>& now) {
   if (cuts_.size() > now.size()) Clear();
-  for (std::size_t i = 0; i < std::min(before_.size(), now.size()); ++i)
+  for (std::size_t i = 0; is_on_ && i < std::min(before_.size(), now.size()); ++i)
     if (AsksStock(before_[i]) && before_[i].direction.dot(now[i].direction) < kTurned) Take(before_[i], i);
   before_ = now;
 }
 
 void StockCuts::TakeMissed(const std::vector<DisplacementLimit>& there, const FreeFormDeformation& end,
                            double more_than_mm) {
+  is_on_ = true;
   for (std::size_t i = 0; i < there.size(); ++i) {
     if (!AsksStock(there[i])) continue;
     const Eigen::Vector3d displacement_mm = DisplacementOf(end.lattice(), end.controls_mm(), there[i].at);
     if (there[i].direction.dot(displacement_mm) - there[i].most_mm > more_than_mm) Take(there[i], i);
   }
+}
+
+void StockCuts::Clear() {
+  cuts_.clear();
+  own_of_.clear();
+  is_on_ = from_start_;
 }
 
 void StockCuts::AppendTo(std::vector<DisplacementLimit>* limits) const {

@@ -12,6 +12,9 @@ namespace sixpoint::metrology {
 
 class StockCuts {
  public:
+  // Else they are kept from the first way on that missed more than where it began.
+  explicit StockCuts(bool from_start) : from_start_(from_start), is_on_(from_start) {}
+
   // Keeps those of the pass before whose direction is another in this one. Of more than a pass has limits itself none is kept: memory stays bounded.
   void TakeTurned(const std::vector<DisplacementLimit>& now);
   // Of a way that missed more than where it began: those that its end misses by more, as they stand there.
@@ -19,7 +22,7 @@ class StockCuts {
 
   bool empty() const { return cuts_.empty(); }
   // Where they cannot be kept together with this pass's own.
-  void Clear() { cuts_.clear(), own_of_.clear(); }
+  void Clear();
 
   void AppendTo(std::vector<DisplacementLimit>* limits) const;
   // Pushes of what was appended behind `own_count` limits become pushes of their patches' own ones.
@@ -28,6 +31,7 @@ class StockCuts {
  private:
   void Take(const DisplacementLimit& cut, std::size_t own);
 
+  bool from_start_, is_on_;
   std::vector<DisplacementLimit> before_, cuts_;
   std::vector<std::size_t> own_of_;  // of each cut, its patch's limit
 };

@@ -31,7 +31,7 @@ std::vector<DisplacementLimit> Cuts(const StockCuts& cuts) {
 }
 
 TEST(StockCuts, KeepsWhatTurnsAndAsksStock) {
-  StockCuts cuts;
+  StockCuts cuts(true);
   cuts.TakeTurned({StockLimit(0, 0.1), StockLimit(0, 0.2), StockLimit(0, 0.3, LimitKind::kTolerance)});
   EXPECT_TRUE(cuts.empty());
   cuts.TakeTurned({StockLimit(0.02, 0.4), StockLimit(0.1, 0.5), StockLimit(1, 0.6, LimitKind::kTolerance)});
@@ -45,8 +45,20 @@ TEST(StockCuts, KeepsWhatTurnsAndAsksStock) {
   EXPECT_TRUE(cuts.empty());
 }
 
+TEST(StockCuts, BeginWhereAWayMissedMore) {
+  StockCuts cuts(false);
+  for (int pass = 0; pass < 3; ++pass) cuts.TakeTurned({StockLimit(0.1 * pass, 0.1)});
+  EXPECT_TRUE(cuts.empty());
+  cuts.TakeMissed({}, Still(), 1e-3);
+  cuts.TakeTurned({StockLimit(0.4, 0.1)});
+  EXPECT_EQ(Cuts(cuts).size(), 1u);
+  cuts.Clear();
+  cuts.TakeTurned({StockLimit(0.6, 0.1)});
+  EXPECT_TRUE(cuts.empty());
+}
+
 TEST(StockCuts, StaysBounded) {
-  StockCuts cuts;
+  StockCuts cuts(true);
   std::size_t most = 0;
   for (int pass = 0; pass < 20; ++pass) {
     cuts.TakeTurned({StockLimit(0.1 * pass, 0.1), StockLimit(0.1 * pass, 0.2)});
@@ -60,7 +72,7 @@ TEST(StockCuts, TakesWhatAWayMissesAtItsEnd) {
   auto controls_mm = still.controls_mm();
   controls_mm.colwise() = Vector3d(0.3, 0, 0);
   const auto end = *FreeFormDeformation::Make(still.lattice(), controls_mm, still.covered());
-  StockCuts cuts;
+  StockCuts cuts(true);
   cuts.TakeMissed({StockLimit(0, 0.2999), StockLimit(0, 0.2), StockLimit(0, 0.2, LimitKind::kTolerance),
                    StockLimit(3.1, 0.2), DisplacementLimit()},
                   end, 1e-3);
@@ -69,7 +81,7 @@ TEST(StockCuts, TakesWhatAWayMissesAtItsEnd) {
 }
 
 TEST(StockCuts, PushesBecomeThoseOfTheirPatches) {
-  StockCuts cuts;
+  StockCuts cuts(true);
   cuts.TakeTurned({StockLimit(0, 0.1), StockLimit(0, 0.2)});
   cuts.TakeTurned({StockLimit(0.1, 0.1), StockLimit(0.1, 0.2)});
   const auto owned = cuts.Owned({{0, true, 1.0}, {1, false, 2.0}, {1, true, 3.0}, {2, true, 4.0}, {3, true, 5.0}}, 2);
