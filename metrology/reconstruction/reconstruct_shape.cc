@@ -23,9 +23,10 @@ constexpr double kFarFromKept = 10;  // times the slack that margins cover: no f
 constexpr double kGains = 0.5;       // of the slack: less is left where firmness takes it away
 // Free of all limits, fixed surface that is missed by so much more than it may be wants a finer lattice, whatever the limits do.
 constexpr double kHopeless = 10;
-constexpr int kMostNarrowed = 4, kMostHalves = 3;  // halves: of a way that misses more than where it began
-constexpr double kSlightKink = 2;                  // times what is allowed: more wants a finer lattice
-constexpr double kBetter = 0.95;  // of what was lacking: three passes after another that leave more bring no end
+constexpr int kMostNarrowed = 4, kMostHalves = 3,
+              kMostLacking = 2;    // halves: of a way that misses more than where it began
+constexpr double kSlightKink = 2;  // times what is allowed: more wants a finer lattice
+constexpr double kBetter = 0.95;   // of what was lacking: three passes after another that leave more bring no end
 
 // One lattice with what it is asked.
 struct Level {
@@ -183,12 +184,14 @@ class Search {
     return solved;
   }
 
-  // Where the first pass had a shape, and passes found no way to it: once more with all that they learn kept from the first one on.
+  // Quickest with all that passes learn kept from the first one on. Where that finds no way, though the first one had a shape: kept once it is needed.
   absl::StatusOr<bool> EitherWay(const Level& level, bool is_last) {
-    absl::StatusOr<bool> found = Passes(level, is_last, StockCuts(false));
+    absl::StatusOr<bool> found = Passes(level, is_last, StockCuts(true));
     if (!found.ok() || *found || contradicts_ || first_.slack_mm[0] > Bearable_mm()) return found;
+    problem_.DropGuesses();
+    guessed_ = false;
     problem_.LookAt(&*begin_);
-    return Passes(level, is_last, StockCuts(true));
+    return Passes(level, is_last, StockCuts(false));
   }
 
   // True where all is kept.
@@ -197,7 +200,7 @@ class Search {
     std::vector<LimitPush> held;
     double last_mm = std::numeric_limits<double>::infinity();
     ControlDisplacements last_controls_mm;
-    int worse_count = 0;
+    int worse_count = 0, lacking_count = 0;
     for (int pass = 0; pass < options_.most_passes; ++pass) {
       auto solved = Pass(level, held, is_last, &cuts);
       if (!solved.ok()) return solved.status();
@@ -223,6 +226,7 @@ class Search {
         if (*lacks && !measured_)
           measured_ = Kept{*deformation_, limits_, pushes_, result_.spacing_mm, result_.control_count};
         if (!*lacks && IsKeptEverywhere() && !(is_last && Narrowed())) return true;
+        if (cuts.from_start() && ++lacking_count > kMostLacking) return false;
         last_mm = std::numeric_limits<double>::infinity();
         worse_count = 0;
         continue;
@@ -335,12 +339,7 @@ class Search {
       if (!coarse.ok()) return coarse.status();
       if (coarse->missed_mm > options_.threshold_mm)
         return TooCoarse(RegionMissedText(regions_[coarse->place.region], "", coarse->missed_mm));
-      std::vector<LimitPush> pushes = first_.pushes;
-      // Those of guesses prove nothing.
-      pushes.erase(std::remove_if(pushes.begin(), pushes.end(),
-                                  [&](const LimitPush& push) { return push.limit >= limits.size(); }),
-                   pushes.end());
-      result_.proof = ProveOnLattice(problem_, level.still, limits, pushes);
+      result_.proof = ProveOnLattice(problem_, level.still, limits, first_.pushes);
     }
     if (result_.proof) {
       const absl::Status cured = FindCures(problem_, level.system, limits, options_, &*result_.proof);

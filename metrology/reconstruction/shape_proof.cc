@@ -92,8 +92,11 @@ std::optional<ShapeProof> ProveAtPlaces(const ShapeProblem& problem, const FreeF
 }
 
 std::optional<ShapeProof> ProveOnLattice(const ShapeProblem& problem, const FreeFormDeformation& still,
-                                         const std::vector<DisplacementLimit>& limits,
-                                         const std::vector<LimitPush>& pushes) {
+                                         const std::vector<DisplacementLimit>& limits, std::vector<LimitPush> pushes) {
+  // Those of guesses, which stand behind the limits, prove nothing.
+  pushes.erase(
+      std::remove_if(pushes.begin(), pushes.end(), [&](const LimitPush& push) { return push.limit >= limits.size(); }),
+      pushes.end());
   const double lacking_mm = ProvenMiss_mm(still.lattice(), limits, pushes, ControlReach(problem));
   if (!(lacking_mm > kProven_mm)) return std::nullopt;
   ShapeProof proof = ProofOf(problem, limits, pushes);

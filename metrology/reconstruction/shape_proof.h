@@ -8,10 +8,9 @@ namespace sixpoint::metrology {
 // About the design itself. Of places whose own limits contradict; unset: none do.
 std::optional<ShapeProof> ProveAtPlaces(const ShapeProblem& problem, const FreeFormDeformation& still);
 
-// By the pushes of a programme without a solution on this lattice; unset: they prove nothing.
+// By the pushes of a programme without a solution on this lattice, whose limits may go on behind these; unset: they prove nothing.
 std::optional<ShapeProof> ProveOnLattice(const ShapeProblem& problem, const FreeFormDeformation& still,
-                                         const std::vector<DisplacementLimit>& limits,
-                                         const std::vector<LimitPush>& pushes);
+                                         const std::vector<DisplacementLimit>& limits, std::vector<LimitPush> pushes);
 
 // By how much fixed surface and datums are missed where nothing else is asked, and where most: above 0, the lattice is too coarse for them. At least:
 // beyond enough_mm nothing more is found out.

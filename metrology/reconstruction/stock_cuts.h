@@ -20,6 +20,7 @@ class StockCuts {
   // Of a way that missed more than where it began: those that its end misses by more, as they stand there.
   void TakeMissed(const std::vector<DisplacementLimit>& there, const FreeFormDeformation& end, double more_than_mm);
 
+  bool from_start() const { return from_start_; }
   bool empty() const { return cuts_.empty(); }
   // Where they cannot be kept together with this pass's own.
   void Clear();
