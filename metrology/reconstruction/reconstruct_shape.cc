@@ -226,7 +226,7 @@ class Search {
         if (*lacks && !measured_)
           measured_ = Kept{*deformation_, limits_, pushes_, result_.spacing_mm, result_.control_count};
         if (!*lacks && IsKeptEverywhere() && !(is_last && Narrowed())) return true;
-        if (cuts.from_start() && ++lacking_count > kMostLacking) return false;
+        if (*lacks && cuts.from_start() && ++lacking_count > kMostLacking) return false;
         last_mm = std::numeric_limits<double>::infinity();
         worse_count = 0;
         continue;
