@@ -163,9 +163,8 @@ void RunCase(const Vane& vane, std::uint64_t seed, bool ask_peer, int machined, 
     tally->blanks_s.push_back(ours_s);
     const JudgedShape judged = Judge(vane, blade, *made);
     std::printf(
-        "solved, %.2f s, %g mm, %d passes, %zu controls; allowance %.2f, between %.2f, band %.2f, fixed %.2f, step "
-        "%.2f "
-        "um (of the truth %.2f), kink %.3f deg",
+        "solved, %.2f s, %g mm, %d passes, %zu controls; allowance %.2f, between %.2f, band %.2f, fixed %.2f, "
+        "step %.2f um (of the truth %.2f), kink %.3f deg",
         ours_s, made->spacing_mm, made->pass_count, made->control_count, 1e3 * judged.allowance_mm,
         1e3 * judged.between_mm, 1e3 * judged.beyond_band_mm, 1e3 * judged.fixed_mm, 1e3 * judged.step_mm,
         1e3 * judged.true_step_mm, judged.kink_rad * 57.29578);

@@ -23,10 +23,10 @@ constexpr double kFarFromKept = 10;  // times the slack that margins cover: no f
 constexpr double kGains = 0.5;       // of the slack: less is left where firmness takes it away
 // Free of all limits, fixed surface that is missed by so much more than it may be wants a finer lattice, whatever the limits do.
 constexpr double kHopeless = 10;
-constexpr int kMostNarrowed = 4, kMostHalves = 3,
-              kMostLacking = 2;    // halves: of a way that misses more than where it began
-constexpr double kSlightKink = 2;  // times what is allowed: more wants a finer lattice
-constexpr double kBetter = 0.95;   // of what was lacking: three passes after another that leave more bring no end
+constexpr int kMostNarrowed = 4, kMostHalves = 3;  // halves: of a way that misses more than where it began
+constexpr int kMostLacking = 2;                    // rounds that lack stock between patches, of the quicker way
+constexpr double kSlightKink = 2;                  // times what is allowed: more wants a finer lattice
+constexpr double kBetter = 0.95;  // of what was lacking: three passes after another that leave more bring no end
 
 // One lattice with what it is asked.
 struct Level {
@@ -211,9 +211,9 @@ class Search {
       if (!is_last && is_missed) return false;
       if (absl::Status moved = Move(level, solved->controls_mm); !moved.ok()) return moved;
       pushes_ = held;
-      // First order ended before: half of the way has more of what it promised.
-      if (pass > 0 && misses_.Most() > last_mm)
+      if (misses_.Most() > last_mm)
         cuts.TakeMissed(problem_.Limits(level.still, options_.margin_mm), *deformation_, options_.margin_mm);
+      // First order ended before: half of the way has more of what it promised.
       for (int half = 0; half < kMostHalves && pass > 0 && misses_.Most() > last_mm; ++half) {
         const ControlDisplacements half_mm = (last_controls_mm + deformation_->controls_mm()) / 2;
         if (absl::Status moved = Move(level, half_mm); !moved.ok()) return moved;

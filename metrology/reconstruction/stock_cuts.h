@@ -1,6 +1,7 @@
 // Stock limits of the passes before that count on. At a thin edge the foot of a patch goes around it from pass to pass: by its own directions alone
 // each pass would give back what the one before asked for. A limit along another direction asks no less than the stock: where all along which a
-// patch was looked at are kept, passes come to an end. Used by ReconstructShape alone; of one lattice.
+// patch was looked at are kept, passes come to an end. Used by ReconstructShape alone; of one
+// lattice. Design's frame, mm (docs/methods/reconstruction.md, programme).
 #pragma once
 
 #include <vector>

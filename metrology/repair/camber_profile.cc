@@ -8,6 +8,7 @@
 
 #include "metrology/frames/angles.h"
 #include "metrology/linear_algebra/least_squares.h"
+#include "metrology/repair/camber_extension.h"
 #include "metrology/repair/outline_sides.h"
 #include "metrology/statistics/ranks.h"
 #include "refusal/refusal.h"
@@ -25,12 +26,7 @@ constexpr std::size_t kScatterOver = 12;     // circles to either side, by which
 constexpr double kLeastScatter_mm = 1e-4;    // below it circles scatter by rounding
 constexpr double kLeadingReachRadii = 2;     // of the last circle: so far back the leading parabola is taken
 constexpr double kTrailingReachRadii = 1.6;  // and the trailing line
-constexpr std::size_t kExtensionPoints = 16;
-constexpr double kTipReachRadii = 0.5;  // so far along the outline a better tip is looked for
-constexpr double kTipSettled_mm = 1e-3;
-// Off the middle: what is less stays straight, for a tip that follows noise says nothing of those above it.
-constexpr double kEven_mm = 2e-3;
-constexpr double kLongestRadii = 4;  // no end is farther from its last circle
+constexpr double kLongestRadii = 4;          // no end is farther from its last circle
 
 // The medial axis as functions of the way along it.
 struct Line {
@@ -144,29 +140,6 @@ std::vector<InscribedCircle> Filtered(const std::vector<InscribedCircle>& found,
   return near;
 }
 
-// From a place on along a parabola.
-struct Way {
-  Vector2d from_mm, along;
-  double bend = 0;
-  Vector2d At(double x) const { return from_mm + x * along + bend * x * x * LeftOf(along); }
-};
-
-// Where it first leaves the outline.
-std::optional<double> LeavesAt(const Outline& outline, const Way& way, double longest_mm) {
-  constexpr int kSteps = 200;
-  const auto outside = [&](double x) {
-    const OutlinePlace place = outline.Nearest(way.At(x));
-    return (way.At(x) - outline.PointAt(place)).dot(outline.NormalAt(place)) > 0;
-  };
-  for (int k = 1; k <= kSteps; ++k) {
-    double low = longest_mm * (k - 1) / kSteps, high = longest_mm * k / kSteps;
-    if (!outside(high)) continue;
-    for (int turn = 0; turn < 40; ++turn) (outside((low + high) / 2) ? high : low) = (low + high) / 2;
-    return low;
-  }
-  return std::nullopt;
-}
-
 // Beyond the last circle: a line at the trailing edge, a parabola at the leading one, fitted to the line's last part.
 Way PublishedWay(const Line& line, bool leading) {
   const double end_mm = leading ? 0 : line.length_mm();
@@ -191,81 +164,6 @@ Way PublishedWay(const Line& line, bool leading) {
   const Eigen::VectorXd curve = LeastSquares(rows, right);
   return Way{last.centre_mm + curve[0] * LeftOf(outward), (outward + curve[1] * LeftOf(outward)).normalized(),
              leading ? curve[2] : 0};
-}
-
-// A sharp end's line ends where the outline does: then it goes straight to the corner.
-CamberExtension Along(Way way, const Outline& outline, double longest_mm, const SectionEnd& end) {
-  auto leaves = LeavesAt(outline, way, longest_mm);
-  if (!leaves) {
-    const Vector2d ahead = end.tip_mm - way.from_mm;
-    way = {way.from_mm, ahead.norm() > 1e-9 ? ahead.normalized() : end.outward, 0};
-    leaves = ahead.norm();
-  }
-  CamberExtension extension;
-  for (std::size_t k = 0; k <= kExtensionPoints; ++k)
-    extension.points_mm.push_back(way.At(*leaves * static_cast<double>(k) / kExtensionPoints));
-  extension.tip_mm = extension.points_mm.back();
-  extension.outward = (way.along + 2 * way.bend * *leaves * LeftOf(way.along)).normalized();
-  return extension;
-}
-
-// About a round end's centre the middle turns more than places before it tell: of all tips nearby the one to which a straight way from the last
-// place is least off the middle.
-void EvenOut(const Outline& outline, double far_tip_mm, std::size_t last_told, double radius_mm,
-             CamberExtension* extension) {
-  const Vector2d from_mm = extension->points_mm[last_told];
-  const std::size_t rest = extension->points_mm.size() - 1 - last_told;
-  const double found_mm = outline.At(outline.Nearest(extension->tip_mm));
-  const auto place = [&](const Vector2d& tip_mm, std::size_t k) {
-    return Vector2d(from_mm + static_cast<double>(k) / static_cast<double>(rest) * (tip_mm - from_mm));
-  };
-  const auto off_mm = [&](double tip_at_mm) {
-    const OutlineSides sides(outline, tip_at_mm, far_tip_mm);
-    const Vector2d tip_mm = outline.PointAt(outline.PlaceAt(tip_at_mm));
-    double most = 0;
-    for (std::size_t k = 1; k < rest; ++k) most = std::max(most, std::abs(sides.Difference(place(tip_mm, k))));
-    return most;
-  };
-  double best_mm = found_mm, least_mm = off_mm(found_mm);
-  for (double step_mm = kTipReachRadii * radius_mm / 2; step_mm > kTipSettled_mm && least_mm > kEven_mm; step_mm /= 2) {
-    for (const double at_mm : {best_mm - step_mm, best_mm + step_mm}) {
-      const double off = off_mm(at_mm);
-      if (off < least_mm) least_mm = off, best_mm = at_mm;
-    }
-  }
-  extension->tip_mm = outline.PointAt(outline.PlaceAt(best_mm));
-  extension->outward = (extension->tip_mm - from_mm).normalized();
-  for (std::size_t k = 1; k <= rest; ++k) extension->points_mm[last_told + k] = place(extension->tip_mm, k);
-}
-
-// Each of its places moved to the middle as long as that is told; from there straight on. The tip parts the sides, and so is found again.
-// inside_mm: a place of the line half a radius before its last circle.
-CamberExtension Bisected(CamberExtension extension, const Outline& outline, double far_tip_mm,
-                         const Vector2d& inside_mm, double radius_mm) {
-  std::optional<std::size_t> last_told;
-  for (int turn = 0; turn < 4; ++turn) {
-    const OutlineSides sides(outline, outline.At(outline.Nearest(extension.tip_mm)), far_tip_mm);
-    std::vector<Vector2d> told;
-    for (std::size_t k = 0; k < extension.points_mm.size(); ++k) {
-      const Vector2d ahead = extension.points_mm[std::min(k + 1, extension.points_mm.size() - 1)] -
-                             extension.points_mm[k == 0 ? 0 : k - 1];
-      const auto middle = sides.MiddleNear(extension.points_mm[k], LeftOf(ahead.normalized()), radius_mm / 2);
-      if (middle) told.push_back(middle->centre_mm);
-    }
-    if (told.empty()) break;
-    // Over half of what is told, or half a radius: two places next to each other would not tell a direction.
-    const Vector2d along = (told.back() - (told.size() < 6 ? inside_mm : told[told.size() / 2])).normalized();
-    const auto leaves = LeavesAt(outline, {told.back(), along, 0}, 4 * radius_mm);
-    if (!leaves) break;
-    extension.tip_mm = told.back() + *leaves * along;
-    extension.outward = along;
-    extension.points_mm = told;
-    const int rest = std::max<int>(4, kExtensionPoints - told.size());
-    for (int k = 1; k <= rest; ++k) extension.points_mm.push_back(told.back() + *leaves * k / rest * along);
-    last_told = told.size() - 1;
-  }
-  if (last_told) EvenOut(outline, far_tip_mm, *last_told, radius_mm, &extension);
-  return extension;
 }
 
 // Each station moved to where it is as far from both sides, which part at the profile's tips.
@@ -364,8 +262,8 @@ absl::StatusOr<CamberProfile> ProfileOf(const Outline& outline, const LeadingHin
   for (const double place : ChebyshevPlaces(kCamberStations))
     profile.stations.push_back(Smoothed(line, place * line.length_mm(), line.at_mm.size()));
   const double lead_radius_mm = profile.stations.front().radius_mm, trail_radius_mm = profile.stations.back().radius_mm;
-  auto leading = Along(PublishedWay(line, true), outline, kLongestRadii * lead_radius_mm, camber->leading);
-  auto trailing = Along(PublishedWay(line, false), outline, kLongestRadii * trail_radius_mm, camber->trailing);
+  auto leading = ExtensionAlong(PublishedWay(line, true), outline, kLongestRadii * lead_radius_mm, camber->leading);
+  auto trailing = ExtensionAlong(PublishedWay(line, false), outline, kLongestRadii * trail_radius_mm, camber->trailing);
   profile.leading = std::move(leading);
   profile.trailing = std::move(trailing);
   if (method == CamberMethod::kBisected) {
@@ -376,10 +274,10 @@ absl::StatusOr<CamberProfile> ProfileOf(const Outline& outline, const LeadingHin
     };
     const double leading_at_mm = outline.At(outline.Nearest(profile.leading.tip_mm));
     const double trailing_at_mm = outline.At(outline.Nearest(profile.trailing.tip_mm));
-    profile.leading =
-        Bisected(std::move(profile.leading), outline, trailing_at_mm, inside(lead_radius_mm, true), lead_radius_mm);
-    profile.trailing =
-        Bisected(std::move(profile.trailing), outline, leading_at_mm, inside(trail_radius_mm, false), trail_radius_mm);
+    profile.leading = BisectedExtension(std::move(profile.leading), outline, trailing_at_mm,
+                                        inside(lead_radius_mm, true), lead_radius_mm);
+    profile.trailing = BisectedExtension(std::move(profile.trailing), outline, leading_at_mm,
+                                         inside(trail_radius_mm, false), trail_radius_mm);
     // The sides part elsewhere now: near the ends the line's middle is another.
     BisectStations(outline, &profile);
   }

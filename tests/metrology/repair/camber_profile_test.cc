@@ -78,7 +78,6 @@ TEST(CamberProfile, ToAWornEndTheWayStaysInTheMiddle) {
     const CamberCheck check = CheckCamber(*profile, outline);
     worst_mm = std::max({worst_mm, check.leading_extension_mm, check.trailing_extension_mm});
   }
-  std::printf("worst %.2f um\n", 1e3 * worst_mm);
   EXPECT_LT(worst_mm, 0.005);
 }
 
