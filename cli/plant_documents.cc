@@ -231,8 +231,11 @@ plant::v1::Part ReadPart(const Field& part, const std::string& cad_file, plant::
   } else if (!cad_file.empty()) {
     part.At("cad").Refuse("a name that ends in .step, .stp, .igs, .iges or .stl");
   }
-  const std::string unit = part.At("cad_unit").Choice({"mm", "cm", "m", "inch", "in"});
-  out.set_cad_unit_mm(unit == "mm" ? 1 : unit == "cm" ? 10 : unit == "m" ? 1000 : 25.4);
+  // STEP and IGES say their own.
+  if (out.cad_format() == plant::v1::CAD_FORMAT_STL || part.Find("cad_unit")) {
+    const std::string unit = part.At("cad_unit").Choice({"mm", "cm", "m", "inch", "in"});
+    out.set_cad_unit_mm(unit == "mm" ? 1 : unit == "cm" ? 10 : unit == "m" ? 1000 : 25.4);
+  }
   ReadNominal(part, out.mutable_zero_from_part_nominal());
   if (const auto stations = part.Find("stations")) ReadStations(*stations, out.mutable_stations());
   if (const auto regions = part.Find("shape_regions")) ReadShapeRegions(*regions, out.mutable_shape_regions());

@@ -67,7 +67,6 @@ TEST(Dataset, NamesEachMissingField) {
                               "/sphere_poses/1/centre_mm",
                               "/part/id",
                               "/part/cad",
-                              "/part/cad_unit",
                               "/part/zero_from_part_nominal",
                               "/part/hole_groups",
                               "/part/hole_groups/0/axis_in_part",
@@ -101,6 +100,16 @@ TEST(Dataset, NamesEachMissingField) {
     }
     EXPECT_THAT(std::string(dataset.status().message()), HasSubstr(path + ": missing")) << pointer;
   }
+}
+
+TEST(Dataset, OnlyAFileThatSaysNoUnitNeedsOne) {
+  nlohmann::json json = SmallDataset();
+  json["part"].erase("cad_unit");
+  const auto step = ParseDataset(json);
+  ASSERT_TRUE(step.ok()) << step.status();
+  EXPECT_EQ(step->part.cad_unit_mm(), 0);
+  json["part"]["cad"] = "cad.stl";
+  EXPECT_THAT(std::string(ParseDataset(json).status().message()), HasSubstr("part.cad_unit: missing"));
 }
 
 TEST(Dataset, NamesOddValuesAndWhatWasWanted) {
