@@ -12,7 +12,7 @@ namespace {
 // Points of no cell are measured together where they are several, and in cell widths near to each other and to the surface:
 // else too many triangles may be the nearest.
 constexpr std::size_t kWorthTogether = 4;
-constexpr std::uint32_t kShapesAhead = 4;  // fetched early
+constexpr std::uint32_t kItemsAhead = 8, kShapesAhead = 4;  // fetched early
 constexpr double kWidestTogether = 1, kFarthestTogether = 4;
 
 // Queries with those triangles that may be their nearest, several at a time: TakeNearer of each.
@@ -129,6 +129,12 @@ NearBatch::Measured NearBatch::Measure(const Candidates& candidates, float from_
   const std::uint32_t *items = candidates.items, item_count = kCandidateGroup * candidates.group_count;
   const std::size_t blocks = width_ / NearLanes::kMultiple;
   if (squared_.size() < item_count * blocks) squared_.resize(item_count * blocks);
+  const auto fetch = [&](std::uint32_t item) {
+    __builtin_prefetch(&cells_.shape(item));
+    __builtin_prefetch(&tree_.corner(tree_.items()[item], 0));
+  };
+  for (std::uint32_t k = 0; k < std::min(kItemsAhead, item_count); ++k) __builtin_prefetch(&tree_.items()[items[k]]);
+  for (std::uint32_t k = 0; k < std::min(kShapesAhead, item_count); ++k) fetch(items[k]);
   Measured measured;
   for (std::uint32_t group = 0; group < candidates.group_count; ++group) {
     const float at_least = candidates.group_distance[group] - from_centre - 2 * measured.tolerance;
@@ -139,7 +145,8 @@ NearBatch::Measured NearBatch::Measure(const Candidates& candidates, float from_
     for (std::uint32_t k = 0; k < kCandidateGroup; ++k) {
       const std::uint32_t used = measured.used++;
       const TriangleShape& shape = cells_.shape(items[used]);
-      if (used + kShapesAhead < item_count) __builtin_prefetch(&cells_.shape(items[used + kShapesAhead]));
+      if (used + kItemsAhead < item_count) __builtin_prefetch(&tree_.items()[items[used + kItemsAhead]]);
+      if (used + kShapesAhead < item_count) fetch(items[used + kShapesAhead]);
       const Eigen::Vector3f a = (tree_.corner(tree_.items()[items[used]], 0) - candidates.centre).cast<float>();
       const float reach = std::abs(a.x()) + std::abs(a.y()) + std::abs(a.z()) + candidates.width_mm;
       const float size = std::max(std::abs(shape.bx) + std::abs(shape.by) + std::abs(shape.bz),

@@ -162,14 +162,12 @@ void NearCells::ListEach(const std::vector<std::uint64_t>& touched, int thread_c
 void NearCells::MakeTable(const std::vector<std::uint64_t>& keys) {
   std::size_t slots = 16;
   while (slots < 2 * keys.size()) slots *= 2;
-  keys_.assign(slots, 0);
-  cells_.assign(slots, kNoCell);
+  slots_.assign(slots, {});
   centres_mm_.reserve(keys.size());
   for (std::uint32_t cell = 0; cell < keys.size(); ++cell) {
     std::size_t slot = HashOf(keys[cell]) & (slots - 1);
-    while (keys_[slot] != 0) slot = (slot + 1) & (slots - 1);
-    keys_[slot] = keys[cell] + 1;
-    cells_[slot] = cell;
+    while (slots_[slot].key != 0) slot = (slot + 1) & (slots - 1);
+    slots_[slot] = {keys[cell] + 1, cell};
     centres_mm_.push_back(CentreOf(keys[cell]));
   }
 }
@@ -209,23 +207,22 @@ void NearCells::CellsAt(const Eigen::Vector3d* points_mm, std::size_t count, std
     const Eigen::Array3d at = ((points_mm[i] - low_mm_) * per_cell_).array();
     const bool inside = (at >= 0).all() && (at < kGreatestCellsAcross).all();
     keys[i] = inside ? KeyOf(at.cast<int>()) : kNoKey;
-    __builtin_prefetch(&keys_[HashOf(keys[i]) & (keys_.size() - 1)]);
+    __builtin_prefetch(&slots_[HashOf(keys[i]) & (slots_.size() - 1)]);
   }
   // A scan's neighbours often share a cell.
   for (std::size_t i = 0; i < count; ++i) cells[i] = i > 0 && keys[i] == keys[i - 1] ? cells[i - 1] : Find(keys[i]);
 }
 
 std::uint32_t NearCells::Find(std::uint64_t key) const {
-  for (std::size_t slot = HashOf(key) & (keys_.size() - 1); keys_[slot] != 0; slot = (slot + 1) & (keys_.size() - 1)) {
-    if (keys_[slot] == key + 1) return cells_[slot];
-  }
+  const std::size_t last = slots_.size() - 1;
+  for (std::size_t slot = HashOf(key) & last; slots_[slot].key != 0; slot = (slot + 1) & last)
+    if (slots_[slot].key == key + 1) return slots_[slot].cell;
   return kNoCell;
 }
 
 std::size_t NearCells::memory_bytes() const {
-  return shapes_.capacity() * sizeof(TriangleShape) + keys_.capacity() * sizeof(std::uint64_t) +
-         sizeof(std::uint32_t) *
-             (cells_.capacity() + first_.capacity() + items_.capacity() + group_distance_.capacity()) +
+  return shapes_.capacity() * sizeof(TriangleShape) + slots_.capacity() * sizeof(Slot) +
+         sizeof(std::uint32_t) * (first_.capacity() + items_.capacity() + group_distance_.capacity()) +
          centres_mm_.capacity() * sizeof(Eigen::Vector3d);
 }
 

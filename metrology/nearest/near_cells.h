@@ -53,9 +53,12 @@ class NearCells {
   double cell_mm_ = 0, per_cell_ = 0;
   Eigen::Vector3d low_mm_;
   std::vector<TriangleShape> shapes_;  // of the tree's items
-  // Hash table, open addressing: key + 1 (0: free) and the cell's index.
-  std::vector<std::uint64_t> keys_;
-  std::vector<std::uint32_t> cells_;
+  // Hash table, open addressing.
+  struct Slot {
+    std::uint64_t key = 0;  // and 1; 0: free
+    std::uint32_t cell = kNoCell;
+  };
+  std::vector<Slot> slots_;
   // By cell: its items, as ListCandidates puts them about its centre.
   std::vector<std::uint32_t> first_;  // group
   std::vector<std::uint32_t> items_;

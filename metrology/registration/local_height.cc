@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kLocalRadiusMm = 1;    // of the scan's patch around the point
 constexpr double kLocalHeightMm = 0.8;  // of the patch, either way along the normal
+constexpr double kReachSquared = kLocalRadiusMm * kLocalRadiusMm + kLocalHeightMm * kLocalHeightMm;
 constexpr std::size_t kBatchSize = 64;  // neighbours whose errors may be correlated; fewer where that makes few batches
 constexpr std::size_t kLeastBatches = 24;
 constexpr int kCurveCount = 6;  // terms of a quadratic in two variables
@@ -37,6 +38,7 @@ LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& por
                      const Vector3d& normal, const Eigen::Isometry3d& zero_from_part,
                      const MachineCalibration& calibration, double floor_mm) {
   const Eigen::Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
+  const Vector3d in_zero_mm = zero_from_part * point_mm;
   const Eigen::Matrix<double, 3, 2> across = TangentBasis(normal);
   LocalHeight local;
   local.normal = zero_from_part.linear() * normal;
@@ -49,9 +51,12 @@ LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& por
     const std::size_t count = dense ? portion.dense_zero_mm.size() : portion.sensor.size();
     std::uint32_t hint = Surface::kNoTriangle;
     for (std::uint32_t i = 0; i < count; ++i) {
-      const Vector3d q = part_from_zero * (dense ? portion.dense_zero_mm[i] : portion.zero_mm(i));
+      const Vector3d zero = dense ? portion.dense_zero_mm[i] : portion.zero_mm(i);
+      // Most are another datum's: told apart before they are mapped, and by what is exact after.
+      if ((zero - in_zero_mm).squaredNorm() > 1.001 * kReachSquared) continue;
+      const Vector3d q = part_from_zero * zero;
       const Vector3d offset = q - point_mm;
-      if (offset.squaredNorm() > kLocalRadiusMm * kLocalRadiusMm + kLocalHeightMm * kLocalHeightMm) continue;
+      if (offset.squaredNorm() > kReachSquared) continue;
       const double along = offset.dot(normal);
       const Eigen::Vector2d uv = across.transpose() * offset / kLocalRadiusMm;
       if (std::abs(along) > kLocalHeightMm || uv.squaredNorm() > 1) continue;

@@ -60,6 +60,7 @@ Thinner::Sifted Thinner::Sift(const Points& points_mm, std::int64_t finite_count
   const double radius_squared = thinning_.dense_radius_mm * thinning_.dense_radius_mm;
   Sifted sifted;
   sifted.point_count = static_cast<std::int64_t>(points_mm.size());
+  sifted.kept_mm.reserve(points_mm.size() / static_cast<std::size_t>(stride_) + 1);
   for (const Eigen::Vector3d& reading : points_mm) {
     if (!reading.allFinite()) continue;
     const bool is_kept = (finite_count + sifted.finite_count++) % stride_ == 0;

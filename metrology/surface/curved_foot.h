@@ -24,6 +24,13 @@ class CurvedSurface {
 
   // Whether any triangle carries a patch: else nobody has a foot.
   bool IsCurved() const { return !mesh_.corner_normals.empty(); }
+  // What a foot over the triangle is to read is on its way; of a curved surface.
+  void Prefetch(std::uint32_t triangle) const {
+    __builtin_prefetch(&mesh_.triangles[triangle]);
+    __builtin_prefetch(&mesh_.corner_normals[triangle].front());
+    __builtin_prefetch(&mesh_.corner_normals[triangle].back());
+    seams_.Prefetch(triangle);
+  }
   // Of each query among the indices, from the nearest point of the facets on, where the triangle carries a patch: elsewhere
   // `feet` stays as it is. Of a curved surface. Many at a time take a fraction of their time one by one.
   void FeetOf(const Eigen::Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices,

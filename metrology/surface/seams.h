@@ -31,6 +31,7 @@ class Seams {
   // Of a triangle's edge i (opposite corner i), and the triangle beyond it (NearestTriangle::kNone where it is open).
   std::uint8_t seam(std::uint32_t triangle, int edge) const { return seams_[triangle][edge]; }
   std::uint32_t beyond(std::uint32_t triangle, int edge) const { return beyond_[triangle][edge]; }
+  void Prefetch(std::uint32_t triangle) const { __builtin_prefetch(&seams_[triangle]); }
   // Where the nearest point lies: smooth inside a triangle.
   std::uint8_t SeamAt(const NearestTriangle& nearest) const;
   // Angle-weighted (Baerentzen and Aanaes 2005): the side on which a query lies is that of this normal.

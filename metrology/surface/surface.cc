@@ -131,6 +131,8 @@ void Surface::Parts::FindFeet(const Vector3d* queries, const NearestTriangle* ne
                               std::optional<CurvedFoot>* feet) const {
   for (std::size_t i = 0; i < count; ++i) feet[i].reset();
   if (!curved.IsCurved()) return;
+  for (std::size_t i = 0; i < count; ++i)
+    if (nearest[i].triangle != kNoTriangle) curved.Prefetch(nearest[i].triangle);
   std::array<std::uint32_t, kTogether> smooth;
   std::size_t smooth_count = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
