@@ -19,18 +19,53 @@ endfunction()
 
 set(SIXPOINT_PATIENCE 1 CACHE STRING "By how much tests may take longer than they say, under a sanitizer")
 
-# sixpoint_test(NAME name SOURCES ... LINK ... [LABELS ...] [TIMEOUT seconds]): one GoogleTest binary, one ctest entry.
-# LABELS database: needs a throw-away PostgreSQL (tests/support/throwaway_database.h); end_to_end: the real processes.
+# sixpoint_test(NAME name SOURCES ... LINK ... [NEEDS program...] [LABELS ...] [TIMEOUT seconds]): one ctest entry. It runs the suites of
+# SOURCES, in a program that it shares with all tests of its folder (FOLDER_tests), so that their sources are compiled several at once. NEEDS
+# are built before it. LABELS database: needs a throw-away PostgreSQL (tests/support/throwaway_database.h); end_to_end: the real processes.
 function(sixpoint_test)
-  cmake_parse_arguments(ARG "" "NAME;TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
-  add_executable(${ARG_NAME} ${ARG_SOURCES})
-  target_link_libraries(${ARG_NAME} PRIVATE ${ARG_LINK} GTest::gmock GTest::gtest_main sixpoint::warnings)
-  sixpoint_compile(${ARG_NAME})
+  cmake_parse_arguments(ARG "" "NAME;TIMEOUT" "SOURCES;LINK;NEEDS;LABELS" ${ARGN})
+  file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
+  string(REPLACE / _ program ${folder}_tests)
+  get_property(suites_of_others DIRECTORY PROPERTY SIXPOINT_SUITES)
+  if(NOT suites_of_others)
+    add_executable(${program})
+    target_link_libraries(${program} PRIVATE GTest::gmock GTest::gtest_main sixpoint::warnings)
+    sixpoint_compile(${program})
+  endif()
+  target_sources(${program} PRIVATE ${ARG_SOURCES})
+  target_link_libraries(${program} PRIVATE ${ARG_LINK})
+  if(ARG_NEEDS)
+    add_dependencies(${program} ${ARG_NEEDS})
+  endif()
+
+  # Of the sources as they are: whoever adds a suite need not say so, and an entry that would run nothing, and pass, is none.
+  set(suites "")
+  foreach(source ${ARG_SOURCES})
+    file(READ ${source} text)
+    string(REGEX MATCHALL "\n(TEST|TEST_F|TEST_P|TYPED_TEST|TYPED_TEST_P)\\([A-Za-z0-9]+" tests "${text}")
+    list(TRANSFORM tests REPLACE ".*\\(" "")
+    list(APPEND suites ${tests})
+  endforeach()
+  list(REMOVE_DUPLICATES suites)
+  if(NOT suites)
+    message(FATAL_ERROR "${ARG_NAME}: no test in ${ARG_SOURCES}")
+  endif()
+  foreach(suite ${suites})
+    if(suite IN_LIST suites_of_others)
+      message(FATAL_ERROR "${ARG_NAME}: ${suite} is a suite of another test of this folder")
+    endif()
+  endforeach()
+  set_property(DIRECTORY APPEND PROPERTY SIXPOINT_SUITES ${suites})
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${ARG_SOURCES})
+  list(TRANSFORM suites REPLACE "(.+)" "\\1.*:*/\\1.*:\\1/*:*/\\1/*")  # by themselves, with parameters, with types, with both
+  list(JOIN suites : filter)
+
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
   math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * ${SIXPOINT_PATIENCE}")
-  add_test(NAME ${ARG_NAME} COMMAND ${ARG_NAME} --gtest_output=xml:${CMAKE_BINARY_DIR}/test-results/${ARG_NAME}.xml)
+  add_test(NAME ${ARG_NAME} COMMAND ${CMAKE_SOURCE_DIR}/tests/run_suites $<TARGET_FILE:${program}> ${filter}
+    --gtest_output=xml:${CMAKE_BINARY_DIR}/test-results/${ARG_NAME}.xml)
   set_tests_properties(${ARG_NAME} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
     ENVIRONMENT "SIXPOINT_SOURCE_DIR=${CMAKE_SOURCE_DIR};SIXPOINT_BIN_DIR=${CMAKE_BINARY_DIR}/bin;SIXPOINT_SHARED_DIR=${CMAKE_SOURCE_DIR}/../shared")
 endfunction()

@@ -8,17 +8,14 @@
 #include "services/calibration/calibrate.h"
 #include "services/calibration/messages.h"
 #include "services/calibration/rows.h"
+#include "tests/cli/example.h"
 
 namespace sixpoint::cli {
 namespace {
 
 using ::testing::HasSubstr;
 
-std::string ExamplePath() {
-  const char* source = std::getenv("SIXPOINT_SOURCE_DIR");
-  return std::string(source == nullptr ? "." : source) + "/docs/examples/probe_readings.yaml";
-}
-absl::Status Refusal(const std::string& yaml) {
+absl::Status RefusalOfReadings(const std::string& yaml) {
   const std::string path = ::testing::TempDir() + "/probe_readings.yaml";
   std::ofstream(path) << yaml;
   return LoadProbeReadings(path).status();
@@ -26,7 +23,7 @@ absl::Status Refusal(const std::string& yaml) {
 
 // The example's own truth: scale 1.0007, offset (12.31, -7.42, -150.27).
 TEST(CalibrateProbe, TheExampleCalibratesAndReadsAsATable) {
-  const auto request = LoadProbeReadings(ExamplePath());
+  const auto request = LoadProbeReadings(Example("probe_readings.yaml"));
   ASSERT_TRUE(request.ok()) << request.status();
   EXPECT_EQ(request->readings_size(), 27);
   EXPECT_EQ(request->moved_readings_size(), 27);
@@ -49,7 +46,7 @@ TEST(CalibrateProbe, TheExampleCalibratesAndReadsAsATable) {
 }
 
 TEST(CalibrateProbe, EveryOddFieldIsSaidAtOnce) {
-  const absl::Status status = Refusal(
+  const absl::Status status = RefusalOfReadings(
       "block: b\nnoise_um: -1\nleast_displacement_inch: 0\nleast_displacement_mm: -5\n"
       "faces: [{face: F1, nominal_normal: [0, 0, 0], touched_mm: [[0, 0, 0], [1, 0, 0]]}]\n"
       "readings: [{face: F1, position_mm: [0, 0, .nan], displacement_mm: x}]\n");

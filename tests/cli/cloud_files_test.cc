@@ -13,7 +13,7 @@ namespace sixpoint::cli {
 namespace {
 
 using metrology::Points;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 Points SomePoints() { return {{0.1, -2.5, 1e-17}, {1.0 / 3, 4, -12.25}, {250, 0, 7}}; }
 
@@ -47,7 +47,7 @@ TEST(CloudFiles, PlyAndXyzReadBackToTheSameBits) {
 
 TEST(CloudFiles, WritesAndReadsByTheEndingOfTheName) {
   for (const char* ending : {".ply", ".xyz"}) {
-    const std::string path = testing::TempDir() + "/sixpoint_cloud_files_test" + ending;
+    const std::string path = ::testing::TempDir() + "/sixpoint_cloud_files_test" + ending;
     ASSERT_TRUE(WriteFile(path, (*CloudWriterFor(path))(SomePoints())).ok());
     const auto points = ReadCloud(path);
     ASSERT_TRUE(points.ok()) << points.status();
@@ -56,7 +56,7 @@ TEST(CloudFiles, WritesAndReadsByTheEndingOfTheName) {
   }
   EXPECT_EQ((*CloudWriterFor("-"))(SomePoints()), ToXyz(SomePoints()));
   EXPECT_EQ(CloudWriterFor("cloud.obj").status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_FALSE(ReadCloud(testing::TempDir() + "/cloud.las").ok());
+  EXPECT_FALSE(ReadCloud(::testing::TempDir() + "/cloud.las").ok());
 }
 
 TEST(CloudFiles, AsciiPlyTakesCoordinatesFromTheirColumns) {

@@ -26,7 +26,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-struct FakePlant final : plant::v1::PlantService::Service {
+struct PlantOfTenBlades final : plant::v1::PlantService::Service {
   std::string address;
   std::vector<int> page_sizes;
   grpc::Status ListEndpoints(grpc::ServerContext*, const plant::v1::ListEndpointsRequest*,
@@ -176,7 +176,7 @@ class CommandsTest : public ::testing::Test {
     return file;
   }
 
-  FakePlant plant_;
+  PlantOfTenBlades plant_;
   FakeStore store_;
   FakeScans scans_;
   FakeRegistrations registrations_;

@@ -11,8 +11,8 @@
 namespace sixpoint::cli {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 TEST(Dataset, ReadsASmallPlant) {
   const auto dataset = ParseDataset(SmallDataset());

@@ -9,7 +9,7 @@
 namespace sixpoint::cli {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 std::string MessageOf(const Problems& problems) { return std::string(problems.ToStatus().message()); }
 
@@ -114,13 +114,13 @@ TEST(ParseYaml, RefusesAKeyGivenTwiceAndBrokenText) {
 }
 
 TEST(WriteFile, ReplacesWholeAndLeavesNothingWhereItCannot) {
-  const std::string path = testing::TempDir() + "/sixpoint_document_test.txt";
+  const std::string path = ::testing::TempDir() + "/sixpoint_document_test.txt";
   ASSERT_TRUE(WriteFile(path, "one").ok());
   ASSERT_TRUE(WriteFile(path, "two").ok());
   EXPECT_EQ(*ReadFile(path, 10), "two");
   EXPECT_FALSE(ReadFile(path, 2).ok());
   EXPECT_FALSE(std::filesystem::exists(path + ".part"));
-  EXPECT_FALSE(WriteFile(testing::TempDir() + "/no/such/folder/x", "x").ok());
+  EXPECT_FALSE(WriteFile(::testing::TempDir() + "/no/such/folder/x", "x").ok());
   std::filesystem::remove(path);
 }
 

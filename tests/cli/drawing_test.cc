@@ -9,6 +9,7 @@
 #include "cli/drawing_document.h"
 #include "sixpoint/plant/v1/drawing.grpc.pb.h"
 #include "tests/cli/command_run.h"
+#include "tests/cli/example.h"
 #include "tests/support/in_process_server.h"
 
 namespace sixpoint::cli {
@@ -18,11 +19,6 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-std::string Example() {
-  const char* source = std::getenv("SIXPOINT_SOURCE_DIR");
-  return std::string(source == nullptr ? "." : source) + "/docs/examples/drawing.yaml";
-}
 
 struct FakeDrawings final : plant::v1::DrawingService::Service {
   plant::v1::CreateDrawingRequest created;
@@ -62,7 +58,7 @@ class DrawingCommands : public ::testing::Test {
   }
   // The example with `from` written as `to`.
   std::string Changed(const std::string& from, const std::string& to) const {
-    std::string text = *ReadFile(Example(), kGreatestDocumentBytes);
+    std::string text = *ReadFile(Example("drawing.yaml"), kGreatestDocumentBytes);
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     EXPECT_TRUE(WriteFile(folder_ + "/drawing.yaml", text.replace(at, from.size(), to)).ok());
@@ -74,7 +70,7 @@ class DrawingCommands : public ::testing::Test {
 };
 
 TEST_F(DrawingCommands, TheDrawingOfTheDocsIsRead) {
-  const auto request = LoadDrawing(Example());
+  const auto request = LoadDrawing(Example("drawing.yaml"));
   ASSERT_TRUE(request.ok()) << request.status();
   EXPECT_EQ(request->drawing_id(), "block-1");
   const plant::v1::Drawing& drawing = request->drawing();
@@ -111,7 +107,7 @@ TEST_F(DrawingCommands, AFileSaysWhereItIsOdd) {
 }
 
 TEST_F(DrawingCommands, ADrawingIsAddedAndShown) {
-  const Ended added = Run("drawing add " + Example());
+  const Ended added = Run("drawing add " + Example("drawing.yaml"));
   EXPECT_EQ(added.exit_code, kDone) << added.err;
   EXPECT_THAT(added.out, AllOf(HasSubstr("drawings/block-1, revision 4"), HasSubstr("by users/jane"),
                                HasSubstr("70-1184-01, revision C, with ECN 2231"),
@@ -122,9 +118,9 @@ TEST_F(DrawingCommands, ADrawingIsAddedAndShown) {
                     HasSubstr("sheet 1, zone C4"), HasSubstr("position, diameter 0.06, A|B|C")));
   EXPECT_FALSE(drawings_.created.request_id().empty());
   EXPECT_FALSE(drawings_.created.has_revises());
-  Run("drawing add " + Example() + " --revises 3");
+  Run("drawing add " + Example("drawing.yaml") + " --revises 3");
   EXPECT_EQ(drawings_.created.revises(), 3);
-  EXPECT_THAT(Run("drawing add " + Example() + " --revises -1").err, HasSubstr("--revises"));
+  EXPECT_THAT(Run("drawing add " + Example("drawing.yaml") + " --revises -1").err, HasSubstr("--revises"));
   EXPECT_EQ(Run("drawing show block-1@2 --json").json()["characteristics"].size(), 7u);
   EXPECT_EQ(drawings_.got, "drawings/block-1@2");
 }

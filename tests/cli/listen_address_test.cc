@@ -8,7 +8,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string Refusal(const std::string& listen, const std::string& announce) {
+std::string RefusalOfListening(const std::string& listen, const std::string& announce) {
   return std::string(ListenAddressOf(listen, announce).status().message());
 }
 
@@ -40,8 +40,8 @@ TEST(ListenAddress, IsWrittenAsACertificateHasIt) {
 
 // Nobody can connect to "every address".
 TEST(ListenAddress, OfEveryAddressWantsAHostForClients) {
-  EXPECT_THAT(Refusal("0.0.0.0", ""), HasSubstr("--announce too"));
-  EXPECT_THAT(Refusal("::", "0.0.0.0"), HasSubstr("--announce: 0.0.0.0, want"));
+  EXPECT_THAT(RefusalOfListening("0.0.0.0", ""), HasSubstr("--announce too"));
+  EXPECT_THAT(RefusalOfListening("::", "0.0.0.0"), HasSubstr("--announce: 0.0.0.0, want"));
   const auto address = ListenAddressOf("0.0.0.0", "plant.example");
   ASSERT_TRUE(address.ok()) << address.status();
   EXPECT_EQ(address->announce, "plant.example");
@@ -51,7 +51,7 @@ TEST(ListenAddress, OfEveryAddressWantsAHostForClients) {
 // It becomes a word of a command line.
 TEST(ListenAddress, IsAHostAndNothingElse) {
   for (const char* host : {"", "10.0.0.1:7400", "10.0.0.256", "a b", "a;b", "%(x)s", "-x", "x-.y", "a..b", ".", "a."})
-    EXPECT_THAT(Refusal(host, ""), HasSubstr("--listen")) << host;
+    EXPECT_THAT(RefusalOfListening(host, ""), HasSubstr("--listen")) << host;
 }
 
 TEST(HostAndPort, PutsBracketsRoundIpv6) {

@@ -13,14 +13,12 @@
 namespace sixpoint::cli {
 namespace {
 
-using nlohmann::json;
-
 TEST(MessageToJson, KeepsIntegersPlainWhateverTheirWidth) {
   ingest::v1::Scan scan;
   scan.set_stored_bytes(9'007'199'254'740'993);  // not a double
   scan.set_record_sequence(-3);
   scan.mutable_header()->set_point_count(12);
-  const json out = MessageToJson(scan);
+  const nlohmann::json out = MessageToJson(scan);
   EXPECT_EQ(out["stored_bytes"].dump(), "9007199254740993");
   EXPECT_EQ(out["record_sequence"].dump(), "-3");
   EXPECT_EQ(out["header"]["point_count"].dump(), "12");
@@ -29,13 +27,13 @@ TEST(MessageToJson, KeepsIntegersPlainWhateverTheirWidth) {
 TEST(MessageToJson, KeepsZerosEmptyTextsAndEmptyLists) {
   ingest::v1::Scan scan;
   scan.mutable_header()->mutable_v0_mm();
-  const json out = MessageToJson(scan);
+  const nlohmann::json out = MessageToJson(scan);
   EXPECT_EQ(out["stored_bytes"], 0);
   EXPECT_EQ(out["name"], "");
   EXPECT_EQ(out["header"]["a_deg"], 0.0);
-  EXPECT_EQ(out["header"]["v0_mm"], (json{{"x_mm", 0.0}, {"y_mm", 0.0}, {"z_mm", 0.0}}));
+  EXPECT_EQ(out["header"]["v0_mm"], (nlohmann::json{{"x_mm", 0.0}, {"y_mm", 0.0}, {"z_mm", 0.0}}));
   EXPECT_EQ(out["header"]["kind"], "SCAN_KIND_UNSPECIFIED");
-  EXPECT_EQ(MessageToJson(inspection::v1::Inspection())["holes"], json::array());
+  EXPECT_EQ(MessageToJson(inspection::v1::Inspection())["holes"], nlohmann::json::array());
 }
 
 TEST(MessageToJson, LeavesOutOnlyWhatIsUnset) {
@@ -56,9 +54,9 @@ TEST(MessageToJson, WritesTimesBytesAndFreeFormAsProgramsExpectThem) {
   auto& fields = *entry.mutable_summary()->mutable_fields();
   fields["points"].set_number_value(7);
   fields["outcome"].set_string_value("CONVERGED");
-  const json out = MessageToJson(entry);
+  const nlohmann::json out = MessageToJson(entry);
   EXPECT_EQ(out["recorded_at"], "1970-01-01T00:00:01Z");
-  EXPECT_EQ(out["summary"], (json{{"outcome", "CONVERGED"}, {"points", 7}}));
+  EXPECT_EQ(out["summary"], (nlohmann::json{{"outcome", "CONVERGED"}, {"points", 7}}));
   ingest::v1::PreviewScanResponse preview;
   preview.set_xyz_f32(std::string("\0\xff", 2));
   EXPECT_EQ(MessageToJson(preview)["xyz_f32"], "AP8=");
@@ -67,7 +65,7 @@ TEST(MessageToJson, WritesTimesBytesAndFreeFormAsProgramsExpectThem) {
 TEST(MessageToJson, HasNoNumberForWhatIsNone) {
   geometry::v1::Point point;
   point.set_x_mm(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_EQ(json::parse(MessageToJson(point).dump())["x_mm"], nullptr);
+  EXPECT_EQ(nlohmann::json::parse(MessageToJson(point).dump())["x_mm"], nullptr);
 }
 
 }  // namespace

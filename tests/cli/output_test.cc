@@ -23,5 +23,7 @@ TEST(NameText, TakesAnIdOrTheNameThatAnotherCommandPrinted) {
   EXPECT_EQ(CalibrationNameText("calibrations/c1"), "calibrations/c1");
 }
 
+TEST(NameText, TakesAnIdThatIsCalledAsItsCollection) { EXPECT_EQ(NameText("scans", "scans"), "scans/scans"); }
+
 }  // namespace
 }  // namespace sixpoint::cli

@@ -10,16 +10,12 @@
 #include "cli/calibration_documents.h"
 #include "cli/document.h"
 #include "cli/model_document.h"
+#include "tests/cli/example.h"
 
 namespace sixpoint::cli {
 namespace {
 
-using testing::HasSubstr;
-
-std::string Example(const std::string& name) {
-  const char* source = std::getenv("SIXPOINT_SOURCE_DIR");
-  return std::string(source == nullptr ? "." : source) + "/docs/examples/" + name;
-}
+using ::testing::HasSubstr;
 
 absl::Status ReadMachineFrom(const std::string& yaml) {
   const auto json = ParseYaml("machine.yaml", yaml);

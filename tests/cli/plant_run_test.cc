@@ -31,7 +31,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
-struct FakePlant final : plant::v1::PlantService::Service {
+struct RecordingPlant final : plant::v1::PlantService::Service {
   std::string address;
   std::vector<std::string> created;
 
@@ -89,7 +89,7 @@ struct FakeCalibration final : calibration::v1::CalibrationService::Service {
   }
 };
 
-struct FakeRegistration final : registration::v1::RegistrationService::Service {
+struct RecordingRegistration final : registration::v1::RegistrationService::Service {
   std::mutex mutex;
   std::multiset<std::string> asked;  // "blades/SN-7 METHOD_LOCAL scans/a"
   registration::v1::Method not_determined = registration::v1::METHOD_UNSPECIFIED;
@@ -160,10 +160,10 @@ class PlantRunTest : public ::testing::Test {
 
   std::filesystem::path folder_;
   nlohmann::json json_ = SmallDataset();
-  FakePlant plant_;
+  RecordingPlant plant_;
   sixpoint::testing::FakeScanService ingest_;
   FakeCalibration calibration_;
-  FakeRegistration registration_;
+  RecordingRegistration registration_;
   FakeCorrection correction_;
   FakeInspection inspection_;
   sixpoint::testing::InProcessServer server_;
@@ -280,12 +280,6 @@ TEST_F(PlantRunTest, SomeProfilesComeAlone) {
   const auto second = DownloadScan(&session_, "scans/sn7_b000", clients::ProfileRange{1, 1});
   ASSERT_TRUE(second.ok()) << second.status();
   EXPECT_THAT(second->scan.points_mm, ElementsAre(Eigen::Vector3d(0.2, 1, 3), Eigen::Vector3d(0.2, 2, 3)));
-}
-
-TEST(NameText, TakesIdsAndNames) {
-  EXPECT_EQ(NameText("scans", "s1"), "scans/s1");
-  EXPECT_EQ(NameText("scans", "scans/s1"), "scans/s1");
-  EXPECT_EQ(NameText("scans", "scans"), "scans/scans");
 }
 
 TEST_F(PlantRunTest, NoPlantIsSaidToBeUnreachable) {

@@ -8,7 +8,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string Refusal(const std::string& text) {
+std::string RefusalOfSettings(const std::string& text) {
   return std::string(ParseSettings("plant.json", text).status().message());
 }
 
@@ -37,23 +37,26 @@ TEST(PlantSettings, OfAnEmptyFileAreTheUsualOnes) {
 }
 
 TEST(PlantSettings, AreHeldAgainstWhatTheCommandLineMaySay) {
-  EXPECT_THAT(Refusal("[]"), HasSubstr("plant.json: "));
-  EXPECT_THAT(Refusal("{\"base_port\": 65001}"), HasSubstr("base_port: 65001, want a whole number from 1024 to 65000"));
-  EXPECT_THAT(Refusal("{\"base_port\": \"7400\"}"), HasSubstr("want a whole number"));
-  EXPECT_THAT(Refusal("{\"listen\": \"0.0.0.0\"}"), HasSubstr("--listen: 0.0.0.0, want --announce too"));
-  EXPECT_THAT(Refusal("{\"listen\": \"127.0.0.1 --x\"}"), HasSubstr("want an IP address or a host name"));
-  EXPECT_THAT(Refusal("{\"colour\": \"green\"}"), HasSubstr("colour: unknown, want one of base_port"));
+  EXPECT_THAT(RefusalOfSettings("[]"), HasSubstr("plant.json: "));
+  EXPECT_THAT(RefusalOfSettings("{\"base_port\": 65001}"),
+              HasSubstr("base_port: 65001, want a whole number from 1024 to 65000"));
+  EXPECT_THAT(RefusalOfSettings("{\"base_port\": \"7400\"}"), HasSubstr("want a whole number"));
+  EXPECT_THAT(RefusalOfSettings("{\"listen\": \"0.0.0.0\"}"), HasSubstr("--listen: 0.0.0.0, want --announce too"));
+  EXPECT_THAT(RefusalOfSettings("{\"listen\": \"127.0.0.1 --x\"}"), HasSubstr("want an IP address or a host name"));
+  EXPECT_THAT(RefusalOfSettings("{\"colour\": \"green\"}"), HasSubstr("colour: unknown, want one of base_port"));
 }
 
 TEST(PlantSettings, SayWhereAPlantIsSeen) {
   EXPECT_EQ(ParseSettings("plant.json", "{\"base_port\": 8400}")->MetricsPort(), 8420);
   EXPECT_EQ(ParseSettings("plant.json", "{\"metrics_port\": 0}")->MetricsPort(), 0);
   for (const int own : {7395, 7400, 7405})
-    EXPECT_THAT(Refusal("{\"metrics_port\": " + std::to_string(own) + "}"),
+    EXPECT_THAT(RefusalOfSettings("{\"metrics_port\": " + std::to_string(own) + "}"),
                 HasSubstr("--metrics-port: " + std::to_string(own) + ", want 0 for none, or the first of seven ports"));
-  for (const int beside : {7393, 7406}) EXPECT_EQ(Refusal("{\"metrics_port\": " + std::to_string(beside) + "}"), "");
-  EXPECT_THAT(Refusal("{\"metrics_port\": 80}"), HasSubstr("--metrics-port: 80, want 0 for none"));
-  EXPECT_THAT(Refusal("{\"metrics_port\": 65001}"), HasSubstr("metrics_port: 65001, want a whole number from 0 to"));
+  for (const int beside : {7393, 7406})
+    EXPECT_EQ(RefusalOfSettings("{\"metrics_port\": " + std::to_string(beside) + "}"), "");
+  EXPECT_THAT(RefusalOfSettings("{\"metrics_port\": 80}"), HasSubstr("--metrics-port: 80, want 0 for none"));
+  EXPECT_THAT(RefusalOfSettings("{\"metrics_port\": 65001}"),
+              HasSubstr("metrics_port: 65001, want a whole number from 0 to"));
 }
 
 TEST(PlantSettings, OfAReleaseBeforeMutualTlsAreRead) {

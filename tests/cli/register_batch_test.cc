@@ -23,7 +23,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-struct FakePlant final : plant::v1::PlantService::Service {
+struct PlantOfOnePart final : plant::v1::PlantService::Service {
   std::string address;
   grpc::Status ListEndpoints(grpc::ServerContext*, const plant::v1::ListEndpointsRequest*,
                              plant::v1::ListEndpointsResponse* out) override {
@@ -38,7 +38,7 @@ struct FakePlant final : plant::v1::PlantService::Service {
 };
 
 // Breaks off after so many, as often as is said.
-struct FakeRegistration final : registration::v1::RegistrationService::Service {
+struct InterruptedRegistration final : registration::v1::RegistrationService::Service {
   std::vector<grpc::Status> breaks;
   int count_until_break = 2;
   std::string refused_blade, unusable_blade;
@@ -131,8 +131,8 @@ class RegisterBatchTest : public ::testing::Test {
     return out.str();
   }
 
-  FakePlant plant_;
-  FakeRegistration registration_;
+  PlantOfOnePart plant_;
+  InterruptedRegistration registration_;
   testing::InProcessServer server_;
   Session session_;
   CommandLine line_;

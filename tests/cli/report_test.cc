@@ -9,6 +9,7 @@
 #include "cli/first_article_document.h"
 #include "sixpoint/inspection/v1/report.grpc.pb.h"
 #include "tests/cli/command_run.h"
+#include "tests/cli/example.h"
 #include "tests/cli/plant_with_inspection.h"
 #include "tests/support/in_process_server.h"
 
@@ -17,11 +18,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-std::string Example() {
-  const char* source = std::getenv("SIXPOINT_SOURCE_DIR");
-  return std::string(source == nullptr ? "." : source) + "/docs/examples/first_article.yaml";
-}
 
 struct FakeReports final : inspection::v1::ReportService::Service {
   inspection::v1::WriteReportRequest report;
@@ -60,7 +56,7 @@ class ReportCommands : public ::testing::Test {
   }
   std::string Written(const std::string& file) const { return *ReadFile(folder_ + "/" + file, 1000); }
   std::string Changed(const std::string& from, const std::string& to) const {
-    std::string text = *ReadFile(Example(), kGreatestDocumentBytes);
+    std::string text = *ReadFile(Example("first_article.yaml"), kGreatestDocumentBytes);
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     EXPECT_TRUE(WriteFile(folder_ + "/fields.yaml", text.replace(at, from.size(), to)).ok());
@@ -89,7 +85,8 @@ TEST_F(ReportCommands, AReportIsWrittenInTheFormatOfItsFile) {
 }
 
 TEST_F(ReportCommands, AFirstArticleTakesWhatPeopleKnow) {
-  const Ended ended = Run("report first-article a --fields " + Example() + " --out " + folder_ + "/fair.json");
+  const Ended ended =
+      Run("report first-article a --fields " + Example("first_article.yaml") + " --out " + folder_ + "/fair.json");
   EXPECT_EQ(ended.exit_code, kDone) << ended.err;
   EXPECT_EQ(Written("fair.json"), "one two");
   EXPECT_EQ(reports_.first_article.assessment(), "assessments/a");

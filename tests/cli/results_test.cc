@@ -16,20 +16,19 @@
 namespace sixpoint::cli {
 namespace {
 
-using nlohmann::json;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-json RowsOf(const Eigen::MatrixXd& matrix) {
-  json rows = json::array();
+nlohmann::json RowsOf(const Eigen::MatrixXd& matrix) {
+  nlohmann::json rows = nlohmann::json::array();
   for (int r = 0; r < matrix.rows(); ++r) {
-    rows.push_back(json::array());
+    rows.push_back(nlohmann::json::array());
     for (int c = 0; c < matrix.cols(); ++c) rows[r].push_back(matrix(r, c));
   }
   return rows;
 }
-json ListOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+nlohmann::json ListOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 // A plant whose truth is known in closed form, chosen without symmetry so that a transposed or swapped field shows.
 struct KnownPlant {
@@ -39,8 +38,8 @@ struct KnownPlant {
   Eigen::Vector3d centre_mm{26.6, 54.9, -193.3};
   Eigen::Isometry3d zero_from_part =
       Eigen::Translation3d(-30, 12, 7) * Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.2, 0.9, -0.3).normalized());
-  json dataset = SmallDataset();
-  json truth;
+  nlohmann::json dataset = SmallDataset();
+  nlohmann::json truth;
   PlantRunResult result;
 
   Eigen::Vector3d About(const Eigen::Vector3d& axis, double angle_deg, const Eigen::Vector3d& p) const {
@@ -54,11 +53,11 @@ struct KnownPlant {
   }
 
   void MakeDataset() {
-    json group = dataset["part"]["hole_groups"][0];
-    dataset["part"]["hole_groups"] = json::array();
+    nlohmann::json group = dataset["part"]["hole_groups"][0];
+    dataset["part"]["hole_groups"] = nlohmann::json::array();
     for (const char* name : {"G1", "G2"}) {
       group["name"] = name;
-      group["holes"] = json::array();
+      group["holes"] = nlohmann::json::array();
       for (int i = 0; i < 6; ++i) {
         group["holes"].push_back({{"name", "H" + std::to_string(i + 1)},
                                   {"start_in_part_mm", {10.0 + i, 0.5 * i * i, name[1] * 0.25}},
@@ -66,7 +65,7 @@ struct KnownPlant {
       }
       dataset["part"]["hole_groups"].push_back(group);
     }
-    dataset["sphere_poses"] = json::array();
+    dataset["sphere_poses"] = nlohmann::json::array();
     for (const auto& [a, b, use] :
          {std::tuple(0, 0, "fit"), std::tuple(40, 70, "fit"), std::tuple(-30, 110, "check")}) {
       const Eigen::Vector3d carried =
@@ -81,10 +80,10 @@ struct KnownPlant {
              {"a_axis", {{"direction", {0, 1, 0}}, {"point", ListOf(centre_mm)}}},
              {"b_axis", {{"direction", {1, 0, 0}}, {"point", ListOf(centre_mm)}}},
              {"zero_from_part", RowsOf(zero_from_part.matrix())},
-             {"correction", json::array()},
-             {"drilled_holes", json::array()}};
+             {"correction", nlohmann::json::array()},
+             {"drilled_holes", nlohmann::json::array()}};
     for (const char* name : {"G1", "G2"}) {
-      json holes = json::array();
+      nlohmann::json holes = nlohmann::json::array();
       for (int i = 0; i < 6; ++i) {
         holes.push_back({{"name", "H" + std::to_string(i + 1)}, {"start_table_mm", {100.0 + i, 3.0 * i, -50.0}}});
         truth["drilled_holes"].push_back({{"group", name},
@@ -146,21 +145,21 @@ struct KnownPlant {
 };
 
 TEST(Results, HaveTheFieldsOfTheIssue) {
-  const json out = ResultsToJson(KnownPlant().result);
+  const nlohmann::json out = ResultsToJson(KnownPlant().result);
   EXPECT_EQ(out["calibration"]["sensor"]["machine_from_sensor_rotation"].size(), 3u);
   EXPECT_EQ(out["calibration"]["sensor"]["standard_uncertainty"]["t_sm_mm"].size(), 3u);
   for (const char* key : {"point_c_mm", "a_axis", "b_axis", "residual_rms_um", "check_rms_um"}) {
     EXPECT_TRUE(out["calibration"]["rotation"].contains(key)) << key;
   }
-  const json& registration = out["registration"][0];
+  const nlohmann::json& registration = out["registration"][0];
   for (const char* key : {"blade", "method", "scans", "residual_rms_um", "points_used", "iterations", "seconds"}) {
     EXPECT_TRUE(registration.contains(key)) << key;
   }
   EXPECT_EQ(registration["zero_from_part"].size(), 4u);
-  EXPECT_EQ(registration["zero_from_part"][3], json({0, 0, 0, 1}));
+  EXPECT_EQ(registration["zero_from_part"][3], nlohmann::json({0, 0, 0, 1}));
   EXPECT_EQ(registration["covariance"].size(), 6u);
   EXPECT_EQ(registration["covariance"][5].size(), 6u);
-  const json& correction = out["correction"][0];
+  const nlohmann::json& correction = out["correction"][0];
   for (const char* key : {"blade", "method", "group", "a_deg", "b_deg", "a_nominal_deg", "b_nominal_deg"}) {
     EXPECT_TRUE(correction.contains(key)) << key;
   }
@@ -176,7 +175,7 @@ TEST(Results, HaveTheFieldsOfTheIssue) {
 TEST(Results, KeepEveryBitOfADouble) {
   PlantRunResult result;
   result.sensor.emplace().mutable_sensor()->mutable_t_sm_mm()->set_x_mm(0.1 + 0.2);
-  const json read = json::parse(ResultsToJson(result).dump());
+  const nlohmann::json read = nlohmann::json::parse(ResultsToJson(result).dump());
   EXPECT_EQ(read["calibration"]["sensor"]["t_sm_mm"][0].get<double>(), 0.1 + 0.2);
 }
 
@@ -185,7 +184,7 @@ TEST(Results, WhatWasNotMeasuredIsNullNotZero) {
   auto* hole = result.inspections.emplace_back().inspection.add_holes();
   hole->set_verdict(inspection::v1::VERDICT_NOT_MEASURED);
   hole->set_reason("no pin found");
-  const json out = ResultsToJson(result)["inspection"][0]["holes"][0];
+  const nlohmann::json out = ResultsToJson(result)["inspection"][0]["holes"][0];
   EXPECT_TRUE(out["position_error_mm"].is_null());
   EXPECT_TRUE(out["inclination_error_deg"].is_null());
   EXPECT_EQ(out["verdict"], "NOT_MEASURED");
@@ -195,7 +194,7 @@ TEST(Results, WhatWasNotMeasuredIsNullNotZero) {
 TEST(Results, AFailedStepIsTold) {
   PlantRunResult result;
   result.failures.push_back({"registration", "blade:SN-9", "local", "TOO_LITTLE_OVERLAP", "overlap 0.1"});
-  const json out = ResultsToJson(result);
+  const nlohmann::json out = ResultsToJson(result);
   EXPECT_EQ(out["failures"][0]["outcome"], "TOO_LITTLE_OVERLAP");
   EXPECT_THAT(ResultsToText(result), HasSubstr("TOO_LITTLE_OVERLAP"));
 }
@@ -213,7 +212,7 @@ TEST(Results, TheJudgeReadsThem) {
   const std::string judge = std::string(shared == nullptr ? "" : shared) + "/tools/judge_plant.py";
   if (shared == nullptr || !std::filesystem::exists(judge)) GTEST_SKIP() << "../shared/tools/judge_plant.py is absent";
   if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) GTEST_SKIP() << "python3-numpy is absent";
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "sixpoint_results_test";
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "sixpoint_results_test";
   std::filesystem::create_directories(folder);
   const KnownPlant plant;
   std::ofstream(folder / "dataset.json") << plant.dataset;

@@ -15,6 +15,7 @@ using identity::Role;
 using ::testing::Contains;
 
 using Credentials = plant::v1::CredentialsService::Stub;
+using CredentialsDoor = Door;
 
 // Who calls the plant's CredentialsService.
 class Client {
@@ -40,7 +41,7 @@ class Client {
 };
 
 // Whom anybody may call is called by whoever likes: with nothing behind it, on as many connections as he likes, again and again.
-TEST_F(Door, StrangersWhoTakeNothingKeepNobodyOut) {
+TEST_F(CredentialsDoor, StrangersWhoTakeNothingKeepNobodyOut) {
   constexpr int kConnections = 4, kCallsEach = 40;
   std::vector<grpc::GenericStub> stubs;
   for (int i = 0; i < kConnections; ++i) stubs.emplace_back(ChannelTo("plant", runtime::CredentialsForAStranger()));
@@ -74,7 +75,7 @@ TEST_F(Door, StrangersWhoTakeNothingKeepNobodyOut) {
   for (bool done = false; queue.Next(&tag, &done);) continue;
 }
 
-TEST_F(Door, ACodeOpensItsCredentialsOnce) {
+TEST_F(CredentialsDoor, ACodeOpensItsCredentialsOnce) {
   auto& certificates = plant_.certificates();
   const Client admin(ChannelTo("plant", Of(certificates.User("it", {Role::kAdmin}))));
   const Client stranger(ChannelTo("plant", runtime::CredentialsForAStranger()));
@@ -110,7 +111,7 @@ TEST_F(Door, ACodeOpensItsCredentialsOnce) {
 }
 
 // However long the database takes: who needs no certificate is not ended for having none.
-TEST_F(Door, AStrangerIsGivenTimeToTakeHisCredentials) {
+TEST_F(CredentialsDoor, AStrangerIsGivenTimeToTakeHisCredentials) {
   auto& certificates = plant_.certificates();
   const Client admin(ChannelTo("plant", Of(certificates.User("it", {Role::kAdmin}))));
   const Client stranger(ChannelTo("plant", runtime::CredentialsForAStranger()));
@@ -139,7 +140,7 @@ TEST_F(Door, AStrangerIsGivenTimeToTakeHisCredentials) {
 }
 
 // The key stays where it is; the plant keeps only what its own authority gave, for the holder of that key.
-TEST_F(Door, ACertificateIsFollowedByTheNextOfItsKey) {
+TEST_F(CredentialsDoor, ACertificateIsFollowedByTheNextOfItsKey) {
   auto& certificates = plant_.certificates();
   const Client admin(ChannelTo("plant", Of(certificates.User("it", {Role::kAdmin}))));
   const fs::path machine = certificates.Machine("m1"), other = certificates.Machine("m2");

@@ -19,7 +19,7 @@ using ::testing::Not;
 
 constexpr char kSecret[] = "s3cret/of+the=gateway";
 
-struct Answer {
+struct WholeAnswer {
   int status = 0;
   std::string text;  // head and body
   std::string Header(const std::string& name) const {
@@ -88,11 +88,11 @@ class DirectorySignIn : public Door {
   }
 
   // One request, of a browser that keeps its cookies in this jar.
-  Answer Curl(const std::string& path, const std::string& words = "") const {
+  WholeAnswer Curl(const std::string& path, const std::string& words = "") const {
     return Fetch(At() + path, words + " -b " + Jar() + " -c " + Jar());
   }
-  Answer Fetch(const std::string& url, const std::string& words) const {
-    Answer answer;
+  WholeAnswer Fetch(const std::string& url, const std::string& words) const {
+    WholeAnswer answer;
     answer.text = ShellOutput("curl -sS -i --noproxy '*' --max-time 60 --cacert " + (folder_ / "ca.pem").string() +
                               " " + words + " '" + url + "'");
     std::sscanf(answer.text.c_str(), "HTTP/%*s %d", &answer.status);
@@ -102,7 +102,7 @@ class DirectorySignIn : public Door {
   void NewJar() const { fs::remove(Jar()); }
   // To the provider and up to where it sends the browser: the callback's path and query.
   std::string GoAndComeBack(const std::string& from = "/blades?serial=SN-1") const {
-    const Answer sent = Curl("/session/start", "-G --data-urlencode 'return=" + from + "'");
+    const WholeAnswer sent = Curl("/session/start", "-G --data-urlencode 'return=" + from + "'");
     EXPECT_EQ(sent.status, 302) << sent.text;
     const std::string back = Fetch(sent.Header("Location"), "").Header("Location");
     EXPECT_EQ(back.rfind(At() + "/session/callback?", 0), 0u) << back;
@@ -118,7 +118,7 @@ class DirectorySignIn : public Door {
            At() + back + "'";
   }
   // Refused in words of the page's, with nobody signed in and nothing of the outside in the answer.
-  void ExpectNobody(const Answer& answer, const std::string& where) const {
+  void ExpectNobody(const WholeAnswer& answer, const std::string& where) const {
     EXPECT_EQ(answer.status, 303) << answer.text;
     EXPECT_EQ(answer.Header("Location"), where);
     EXPECT_THAT(answer.text, Not(HasSubstr("outside")));
@@ -143,25 +143,25 @@ class DirectorySignIn : public Door {
 
 TEST_F(DirectorySignIn, APersonOfTheHouseGoesThereAndComesBackSignedIn) {
   EXPECT_THAT(Curl("/session/provider").text, HasSubstr("\r\n\r\n{\"name\":\"Müller Turbinen\"}"));
-  const Answer sent = Curl("/session/start?return=/blades%3Fserial%3DSN-1");
+  const WholeAnswer sent = Curl("/session/start?return=/blades%3Fserial%3DSN-1");
   EXPECT_EQ(sent.status, 302) << sent.text;
   EXPECT_THAT(sent.Header("Set-Cookie"),
               MatchesRegex("sixpoint-sign-in=[A-Za-z0-9._-]+; Path=/; HttpOnly; SameSite=Lax; Max-Age=600"));
   EXPECT_THAT(sent.Header("Location"), HasSubstr("client_id=sixpoint%3A%20the%20plant&redirect_uri=http%3A%2F%2F"));
   EXPECT_EQ(sent.Header("Cache-Control"), "no-store");
   // The whole way as a browser goes it, and on to where one was.
-  const Answer all = Curl("/session/start?return=/blades%3Fserial%3DSN-1", "-L -w '%{url_effective}'");
+  const WholeAnswer all = Curl("/session/start?return=/blades%3Fserial%3DSN-1", "-L -w '%{url_effective}'");
   EXPECT_THAT(all.text, HasSubstr("\r\nSet-Cookie: sixpoint-session="));
   EXPECT_THAT(all.text, HasSubstr("; HttpOnly; SameSite=Strict"));
   EXPECT_THAT(all.text, HasSubstr(At() + "/blades?serial=SN-1"));
   EXPECT_THAT(all.text, HasSubstr("sixpoint-sign-in=; "));  // used, and forgotten
   EXPECT_THAT(Who(), HasSubstr("\"users/ann\""));
   EXPECT_THAT(Who(), HasSubstr("ROLE_ENGINEER"));
-  const Answer called = Curl("/sixpoint.plant.v1.PlantService/GetMachine",
-                             "-H 'Content-Type: application/json' --data '{\"name\": \"machines/none\"}'");
+  const WholeAnswer called = Curl("/sixpoint.plant.v1.PlantService/GetMachine",
+                                  "-H 'Content-Type: application/json' --data '{\"name\": \"machines/none\"}'");
   EXPECT_EQ(called.status, 404) << called.text;
   // Over TLS by the names that browsers guard.
-  const Answer encrypted = Curl("/session/start", "-H 'X-Forwarded-Proto: https'");
+  const WholeAnswer encrypted = Curl("/session/start", "-H 'X-Forwarded-Proto: https'");
   EXPECT_THAT(encrypted.Header("Set-Cookie"),
               MatchesRegex("__Host-sixpoint-sign-in=[^;]+; Path=/; HttpOnly; SameSite=Lax; Secure; Max-Age=600"));
   // A code and a token are in no log.
@@ -219,7 +219,7 @@ TEST_F(DirectorySignIn, WhoComesBackIsOnThisSite) {
   for (const char* elsewhere :
        {"https://evil.example/", "//evil.example", "/\\evil.example", "/.//evil.example", "/a//evil.example", "evil",
         "", "/blades#x", "/session/start", "/%2e%2e//evil.example%0d%0aSet-Cookie: a=b", "javascript:alert(1)"}) {
-    const Answer refused = Curl("/session/start", std::string("-G --data-urlencode 'return=") + elsewhere + "'");
+    const WholeAnswer refused = Curl("/session/start", std::string("-G --data-urlencode 'return=") + elsewhere + "'");
     EXPECT_EQ(refused.status, 400) << elsewhere << refused.text;
     EXPECT_EQ(refused.Header("Location"), "") << elsewhere;
     EXPECT_THAT(refused.text, HasSubstr("want a path of this site"));
@@ -248,7 +248,7 @@ TEST_F(DirectorySignIn, WhomTheProviderOrThePlantDoesNotTakeIsToldSo) {
                                                                                    {"no_token", "provider"}}) {
     SCOPED_TRACE(mode);
     Mode(mode);
-    const Answer refused = Curl(GoAndComeBack("/parts"));
+    const WholeAnswer refused = Curl(GoAndComeBack("/parts"));
     ExpectNobody(refused, "/parts?sign_in=" + word);
     EXPECT_THAT(refused.text, HasSubstr("sixpoint-sign-in=; "));
   }
@@ -331,7 +331,7 @@ TEST_F(DirectorySignIn, ACodeIsForTheProviderAlone) {
     SCOPED_TRACE(host + ca_file);
     Configure("", host, ca_file);
     Start();
-    const Answer sent = Curl("/session/start");
+    const WholeAnswer sent = Curl("/session/start");
     const std::string there = std::regex_replace(sent.Header("Location"), std::regex("//127.0.0.1:"), "//localhost:");
     const std::string back = Fetch(there, "").Header("Location");
     ASSERT_EQ(back.rfind(At(), 0), 0u) << back;

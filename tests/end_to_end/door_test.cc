@@ -19,6 +19,7 @@
 #include "sixpoint/plant/v1/record.grpc.pb.h"
 #include "storage/blob_store.h"
 #include "tests/end_to_end/contract_calls.h"
+#include "tests/support/some_uuid.h"
 #include "tests/support/stored_scan.h"
 
 namespace sixpoint::testing {
@@ -30,8 +31,6 @@ using identity::Role;
 using ::testing::AnyOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-constexpr char kRequestId[] = "6f1d3c52-0f6e-4d4e-8f46-3f1f0c1d2e3f";
 
 class Contract : public ContractMethods {
  public:
@@ -53,7 +52,7 @@ class Contract : public ContractMethods {
     }
     // Without a request_id what changes something is refused before it is looked at; machines are looked at after it.
     if (const auto* id = message->GetDescriptor()->FindFieldByName("request_id"); id != nullptr && !machine.empty())
-      message->GetReflection()->SetString(message.get(), id, kRequestId);
+      message->GetReflection()->SetString(message.get(), id, kSomeUuid);
     return message->SerializeAsString();
   }
 
@@ -70,7 +69,7 @@ class Contract : public ContractMethods {
     for (int i = 0; i < message->GetDescriptor()->field_count(); ++i) {
       const auto* field = message->GetDescriptor()->field(i);
       if (field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_STRING) {
-        const std::string value = field->name() == "request_id" ? kRequestId : text;
+        const std::string value = field->name() == "request_id" ? kSomeUuid : text;
         field->is_repeated() ? reflection.AddString(message, field, value)
                              : reflection.SetString(message, field, value);
       } else if (field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE && depth < 5) {

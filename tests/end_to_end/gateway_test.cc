@@ -87,8 +87,8 @@ class Gateway : public Door {
     return Curl("/sixpoint.plant.v1." + method, std::string(kJson) + " " + who + " --data '" + message + "'");
   }
   static std::string ReasonOf(const Answer& answer) {
-    const auto json = answer.json();
-    return json.is_object() && json.contains("details") ? json["details"][0]["debug"].value("reason", "") : answer.body;
+    const auto said = answer.json();
+    return said.is_object() && said.contains("details") ? said["details"][0]["debug"].value("reason", "") : answer.body;
   }
   std::string WriteFile(const std::string& name, const std::string& text) const {
     std::ofstream(web_ / name, std::ios::binary) << text;
@@ -363,9 +363,9 @@ class PlainHttp : public Gateway {
   static std::string Bearer(const std::string& token) { return "-H 'Authorization: Bearer " + token + "'"; }
   std::string AsMachine(const std::string& id) { return Bearer(TokenOf(plant_.certificates().Machine(id))); }
   static std::string JsonOf(const google::protobuf::Message& message) {
-    std::string json;
-    EXPECT_TRUE(google::protobuf::util::MessageToJsonString(message, &json).ok());
-    return json;
+    std::string text;
+    EXPECT_TRUE(google::protobuf::util::MessageToJsonString(message, &text).ok());
+    return text;
   }
   Answer Put(const std::string& path, const std::string& body, const std::string& who) const {
     return Curl(path,

@@ -10,6 +10,7 @@
 #include "tests/end_to_end/door.h"
 #include "tests/services/plant/provider_tokens.h"
 #include "tests/services/plant/sample_registry.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::testing {
 namespace {
@@ -21,8 +22,6 @@ using ::testing::Contains;
 using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-constexpr char kRequestId[] = "6f1d3c52-0f6e-4d4e-8f46-3f1f0c1d2e3f";
 
 // One call, by a session where there is one.
 template <typename Stub, typename Method, typename Request, typename Response>
@@ -97,7 +96,7 @@ TEST_F(SignIn, APersonCallsByHisSessionAndTheRecordSaysWho) {
   EXPECT_EQ(Look(jane).error_code(), grpc::StatusCode::NOT_FOUND);
   const auto plant = plant::v1::PlantService::NewStub(gateway_);
   plant::v1::CreateArtefactRequest create = plant::SampleArtefact();
-  create.set_request_id(kRequestId);
+  create.set_request_id(kSomeUuid);
   plant::v1::Artefact artefact;
   const grpc::Status created = Ask(plant, &plant::v1::PlantService::Stub::CreateArtefact, create, &artefact, jane);
   ASSERT_TRUE(created.ok()) << created.error_message();
@@ -110,7 +109,7 @@ TEST_F(SignIn, APersonCallsByHisSessionAndTheRecordSaysWho) {
   EXPECT_EQ(entry.requested_by(), "users/jane via services/gateway");
   // A call that goes on to another service goes on for her: registration knows none of that name, which it tells who may ask.
   correction::v1::CorrectRequest correct;
-  correct.set_request_id(kRequestId);
+  correct.set_request_id(kSomeUuid);
   correct.set_registration("registrations/none");
   correction::v1::Correction correction;
   const grpc::Status passed_on = Ask(correction::v1::CorrectionService::NewStub(gateway_to_correction_),

@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 // What a .dfq has no field for.
-InspectedPart Told(InspectedPart part) {
+InspectedPart ToldByDfq(InspectedPart part) {
   for (const auto text : {&InspectedPart::result, &InspectedPart::sensor_model, &InspectedPart::sensor_serial_number,
                           &InspectedPart::software_version, &InspectedPart::decision_rule, &InspectedPart::method,
                           &InspectedPart::registration})
@@ -53,7 +53,7 @@ TEST(Aqdef, PartsComeBackToTheBit) {
     SCOPED_TRACE(part.serial);
     const auto found = std::find_if(back->begin(), back->end(), [&](const auto& b) { return b.serial == part.serial; });
     ASSERT_NE(found, back->end());
-    ExpectSame(Told(part), *found);
+    ExpectSame(ToldByDfq(part), *found);
   }
 }
 
@@ -93,7 +93,7 @@ TEST(Aqdef, EachMachineIsABlock) {
   const auto back = FromAqdef(*file);
   ASSERT_TRUE(back.ok()) << back.status();
   ASSERT_EQ(back->size(), parts.size());
-  for (int i = 0; i < 6; ++i) ExpectSame(Told(parts[i < 3 ? 2 * i : 2 * (i - 3) + 1]), (*back)[i]);
+  for (int i = 0; i < 6; ++i) ExpectSame(ToldByDfq(parts[i < 3 ? 2 * i : 2 * (i - 3) + 1]), (*back)[i]);
 }
 
 TEST(Aqdef, NothingIsCutAndNothingIsMixed) {

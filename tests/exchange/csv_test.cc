@@ -11,7 +11,7 @@ namespace {
 using ::testing::HasSubstr;
 
 // What a row has no column for.
-InspectedPart Told(InspectedPart part) {
+InspectedPart ToldByRows(InspectedPart part) {
   for (const auto text :
        {&InspectedPart::sensor_model, &InspectedPart::sensor_serial_number, &InspectedPart::requested_by,
         &InspectedPart::software_version, &InspectedPart::decision_rule, &InspectedPart::registration})
@@ -39,7 +39,7 @@ TEST(Csv, PartsComeBackToTheBit) {
   const auto back = FromCsv(file);
   ASSERT_TRUE(back.ok()) << back.status();
   ASSERT_EQ(back->size(), parts.size());
-  for (std::size_t p = 0; p < parts.size(); ++p) ExpectSame(Told(parts[p]), (*back)[p]);
+  for (std::size_t p = 0; p < parts.size(); ++p) ExpectSame(ToldByRows(parts[p]), (*back)[p]);
 }
 
 TEST(Csv, ARowIsAsItSays) {

@@ -12,7 +12,7 @@
 namespace sixpoint::report {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 std::string RefusalOf(const Report& report) { return std::string(Check(report).message()); }
 
@@ -91,9 +91,9 @@ TEST(Check, WhatNobodyJudgesHasNoVerdictAndHidesNone) {
 }
 
 TEST(Check, NamesTheFieldOfNumbersThatNobodyCanTell) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
   Characteristic c = Good();
-  c.value = kNaN;
+  c.value = kNoNumber;
   EXPECT_THAT(RefusalOf(With(c)), HasSubstr("characteristics[0].value"));
   c = Good(), c.nominal = 1e300;
   EXPECT_THAT(RefusalOf(With(c)), HasSubstr("characteristics[0].nominal"));
@@ -103,7 +103,7 @@ TEST(Check, NamesTheFieldOfNumbersThatNobodyCanTell) {
   EXPECT_THAT(RefusalOf(With(c)), HasSubstr("lower"));
   Report report = VaneReport(24, 12);
   EXPECT_EQ(RefusalOf(report), "");
-  report.sections[1].outlines.measured[0].points[3].x_mm = kNaN;
+  report.sections[1].outlines.measured[0].points[3].x_mm = kNoNumber;
   EXPECT_THAT(RefusalOf(report), HasSubstr("sections[1].outlines."));
   report = VaneReport(24, 12);
   report.traceability.scans[2].sha256 = "abc";

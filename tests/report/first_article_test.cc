@@ -10,8 +10,8 @@
 namespace sixpoint::report {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(FirstArticle, HasEveryFieldOfTheFormsByNumber) {
   const std::string html = WriteHtml(VaneFirstArticle()).value();

@@ -111,25 +111,25 @@ TEST(Picture, RefusesWhatCannotBeDrawnByField) {
   };
   DeviationSurface good;
   AddPlate(0, 1, &good);
-  EXPECT_THAT(refusal({}, {}), testing::HasSubstr("triangles"));
+  EXPECT_THAT(refusal({}, {}), ::testing::HasSubstr("triangles"));
   DeviationSurface bad = good;
   bad.triangles[0][1] = 99;
-  EXPECT_THAT(refusal(bad, {}), testing::HasSubstr("triangles[0]"));
+  EXPECT_THAT(refusal(bad, {}), ::testing::HasSubstr("triangles[0]"));
   bad = good;
   bad.vertices_mm[2][0] = std::numeric_limits<float>::infinity();
-  EXPECT_THAT(refusal(bad, {}), testing::HasSubstr("vertices_mm[2]"));
+  EXPECT_THAT(refusal(bad, {}), ::testing::HasSubstr("vertices_mm[2]"));
   bad = good;
   bad.deviations_um.pop_back();
-  EXPECT_THAT(refusal(bad, {}), testing::HasSubstr("deviations_um"));
+  EXPECT_THAT(refusal(bad, {}), ::testing::HasSubstr("deviations_um"));
   bad = good;
   bad.deviation_of = {0, 7};
-  EXPECT_THAT(refusal(bad, {}), testing::HasSubstr("deviation_of[1]"));
+  EXPECT_THAT(refusal(bad, {}), ::testing::HasSubstr("deviation_of[1]"));
   PictureOptions options;
   options.longest_px = 100000;
-  EXPECT_THAT(refusal(good, options), testing::HasSubstr("longest_px"));
+  EXPECT_THAT(refusal(good, options), ::testing::HasSubstr("longest_px"));
   options = {};
   options.band_um = 60;
-  EXPECT_THAT(refusal(good, options), testing::HasSubstr("band_um"));
+  EXPECT_THAT(refusal(good, options), ::testing::HasSubstr("band_um"));
 }
 
 TEST(Picture, AMillionTrianglesFromFourSidesInTwoSecondsAndTheSamePoints) {
@@ -151,7 +151,7 @@ TEST(Picture, PngHasItsSignatureAndWrongSizesAreRefused) {
   Picture picture{"", 2, 1, {255, 0, 0, 0, 255, 0}};
   EXPECT_EQ(ToPng(picture)->substr(0, 8), "\x89PNG\r\n\x1a\n");
   picture.rgb.pop_back();
-  EXPECT_THAT(std::string(ToPng(picture).status().message()), testing::HasSubstr("rgb"));
+  EXPECT_THAT(std::string(ToPng(picture).status().message()), ::testing::HasSubstr("rgb"));
   EXPECT_FALSE(ToPng({"", 100000, 1, {}}).ok());
 }
 

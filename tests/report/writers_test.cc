@@ -18,8 +18,8 @@
 namespace sixpoint::report {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Every text of a document that is no drawing's.
 std::vector<std::string> FactsOf(const Document& document) {
@@ -237,7 +237,7 @@ TEST(Writers, SayWhereFontsAreMissing) {
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(status.message()), HasSubstr("/nowhere/DejaVuSans.ttf"));
   // A file that is no font: libharu is not asked.
-  const std::string folder = testing::TempDir();
+  const std::string folder = ::testing::TempDir();
   for (const char* name : {"/DejaVuSans.ttf", "/DejaVuSans-Bold.ttf"})
     std::ofstream(folder + name) << std::string(5000, 'x');
   options.font_folder = folder;

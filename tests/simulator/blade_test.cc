@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "metrology/frames/angles.h"
 #include "metrology/kinematics/rotary_axes.h"
 #include "metrology/mesh/skin.h"
 #include "metrology/mesh/volume.h"
@@ -13,7 +14,7 @@ namespace sixpoint::simulator {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 const Vector3d kCentre(26.6, 54.9, -193.3);
 
 const DesignedPart& Part() {
@@ -38,11 +39,12 @@ TEST(Airfoil, MeshIsClosedWithPositiveVolume) {
 TEST(Airfoil, NormalsPointOutwardsAndAreSmooth) {
   const Airfoil airfoil({});
   for (int turn_deg = 0; turn_deg < 360; turn_deg += 2) {
-    const Vector3d here = airfoil.Normal(turn_deg * kDegree, 20), next = airfoil.Normal((turn_deg + 2) * kDegree, 20);
-    EXPECT_GT(here.dot(next), std::cos(15 * kDegree)) << turn_deg;
+    const Vector3d here = airfoil.Normal(turn_deg * kRadPerDeg, 20),
+                   next = airfoil.Normal((turn_deg + 2) * kRadPerDeg, 20);
+    EXPECT_GT(here.dot(next), std::cos(15 * kRadPerDeg)) << turn_deg;
   }
-  EXPECT_GT(airfoil.Normal(90 * kDegree, 20).y(), 0.8);
-  EXPECT_LT(airfoil.Normal(270 * kDegree, 20).y(), -0.8);
+  EXPECT_GT(airfoil.Normal(90 * kRadPerDeg, 20).y(), 0.8);
+  EXPECT_LT(airfoil.Normal(270 * kRadPerDeg, 20).y(), -0.8);
 }
 
 TEST(DesignPart, NestIsWellConditioned) {
@@ -57,7 +59,7 @@ TEST(DesignPart, NominalAnglesPutEveryGroupAlongMachineZ) {
   ASSERT_EQ(Part().hole_groups.size(), 3u);
   for (const DesignedHoleGroup& group : Part().hole_groups) {
     const Eigen::Isometry3d machine_from_zero =
-        axes.MachineFromZero(group.a_nominal_deg * kDegree, group.b_nominal_deg * kDegree);
+        axes.MachineFromZero(group.a_nominal_deg * kRadPerDeg, group.b_nominal_deg * kRadPerDeg);
     const Vector3d along = machine_from_zero.linear() * Part().zero_from_part_nominal.linear() * group.axis;
     EXPECT_NEAR((along - Vector3d::UnitZ()).norm(), 0, 1e-12);
     EXPECT_LT(std::abs(group.a_nominal_deg), 30);

@@ -3,6 +3,7 @@
 
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/sensor_calibration.h"
+#include "metrology/frames/angles.h"
 #include "metrology/mesh/stl.h"
 #include "metrology/registration/six_point.h"
 #include "simulator/machine.h"
@@ -11,15 +12,15 @@ namespace sixpoint::simulator {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 
 metrology::LineScan ToLineScan(const std::string& id, const ScanPlan& plan, const ScanProfiles& profiles) {
   metrology::LineScan scan;
   scan.id = id;
   scan.points_mm = PointsOf(profiles);
   scan.v0_mm = plan.v0_mm;
-  scan.a_rad = plan.a_deg * kDegree;
-  scan.b_rad = plan.b_deg * kDegree;
+  scan.a_rad = plan.a_deg * kRadPerDeg;
+  scan.b_rad = plan.b_deg * kRadPerDeg;
   scan.profile_pitch_mm = plan.pitch_mm;
   return scan;
 }
@@ -37,7 +38,7 @@ TEST_P(KernelChain, FindsTheMachineAndTheBlade) {
   artefact.side_mm = geometry.side_mm;
   for (const auto& [name, centre] : geometry.cones_mm) artefact.cones.push_back({name, centre});
   for (const auto& [name, centre] : geometry.slots_mm) artefact.slots.push_back({name, centre});
-  artefact.cone_half_angle_rad = geometry.cone_half_angle_deg * kDegree;
+  artefact.cone_half_angle_rad = geometry.cone_half_angle_deg * kRadPerDeg;
   artefact.cone_top_radius_mm = geometry.cone_top_radius_mm;
   artefact.cone_bottom_radius_mm = geometry.cone_bottom_radius_mm;
   artefact.slot_width_mm = geometry.slot_width_mm;
@@ -59,14 +60,14 @@ TEST_P(KernelChain, FindsTheMachineAndTheBlade) {
   const auto sensor = metrology::CalibrateSensor(artefact_scans, artefact, touch, {});
   ASSERT_TRUE(sensor.ok()) << sensor.status();
   const Vector3d turn =
-      metrology::VectorFromRotation(sensor->sensor.rotation * truth_.machine_from_sensor.transpose()) / kDegree;
+      metrology::VectorFromRotation(sensor->sensor.rotation * truth_.machine_from_sensor.transpose()) / kRadPerDeg;
   // Touching with 1 um over 18 mm holds angles to about 1e-3 deg and positions to 0.4 um; three times that.
   EXPECT_LT(turn.cwiseAbs().maxCoeff(), 0.003) << turn.transpose();
   EXPECT_LT((sensor->sensor.t_sm_mm - truth_.t_sm_mm).norm(), 1.5e-3);
 
   std::vector<metrology::SpherePose> poses;
   for (const ProbedSphere& probed : ProbeSphere(truth_, 1, seed + 200))
-    poses.push_back({probed.a_deg * kDegree, probed.b_deg * kDegree, probed.centre_mm, probed.held_out});
+    poses.push_back({probed.a_deg * kRadPerDeg, probed.b_deg * kRadPerDeg, probed.centre_mm, probed.held_out});
   metrology::RotationOptions rotation_options;
   rotation_options.nominal.a.point_mm = rotation_options.nominal.b.point_mm = design_.centre_mm;
   const auto rotation = metrology::CalibrateRotation(poses, rotation_options);

@@ -4,11 +4,13 @@
 
 #include <cmath>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::simulator {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 const MachineDesign kDesign;
 
 // CONF (12) written out by hand, apart from the product's scanner model.
@@ -79,7 +81,7 @@ TEST(Scan, GivesEachPointItsColumnAndWholeRawSteps) {
   ScanPlan plan = PlanArtefact(kDesign)[0];
   plan.pitch_mm = 1;
   const ScannerDesign& scanner = kDesign.scanner;
-  const double pitch_rad = scanner.line_angle_deg * kDegree / scanner.columns;
+  const double pitch_rad = scanner.line_angle_deg * kRadPerDeg / scanner.columns;
   std::size_t count = 0;
   for (const Profile& profile : Scan(ArtefactScene({}, truth), truth, scanner, plan, 9, 2)) {
     ASSERT_EQ(profile.columns.size(), profile.points_mm.size());
@@ -157,7 +159,7 @@ TEST(ProbeSphere, StaysOnOneCircleSystemOfTheTrueAxes) {
       return Eigen::AngleAxisd(-angle, axis.direction) * (p - axis.point_mm) + axis.point_mm;
     };
     const Vector3d centre =
-        back(back(pose.centre_mm, truth.axes.a, pose.a_deg * kDegree), truth.axes.b, pose.b_deg * kDegree);
+        back(back(pose.centre_mm, truth.axes.a, pose.a_deg * kRadPerDeg), truth.axes.b, pose.b_deg * kRadPerDeg);
     sum_of_squares += (centre - truth.sphere_in_zero_mm).squaredNorm();
   }
   EXPECT_NEAR(std::sqrt(sum_of_squares / (3 * 48)), 0.001, 0.0002);
@@ -170,8 +172,8 @@ TEST(ClampedByHand, IsOffByNoMoreThanAsked) {
     const Vector3d middle(0, 0, 22.5);
     EXPECT_LE((zero_from_part * middle - part.zero_from_part_nominal * middle).norm(), 1);
     const Eigen::AngleAxisd turn(zero_from_part.linear() * part.zero_from_part_nominal.linear().transpose());
-    EXPECT_LE(std::abs(turn.angle()), 1 * kDegree + 1e-12);
-    EXPECT_GT(std::abs(turn.angle()), 0.3 * kDegree);
+    EXPECT_LE(std::abs(turn.angle()), 1 * kRadPerDeg + 1e-12);
+    EXPECT_GT(std::abs(turn.angle()), 0.3 * kRadPerDeg);
   }
 }
 
@@ -184,7 +186,8 @@ TEST(Drill, HitsTheDesignedHoleWhenTheProgramKnowsTheTruth) {
   // Newton on the true axes for the angles that put the hole along Z.
   double a = group.a_nominal_deg, b = group.b_nominal_deg;
   const auto axis_at = [&](double a_deg, double b_deg) -> Vector3d {
-    return truth.axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree).linear() * zero_from_part.linear() * group.axis;
+    return truth.axes.MachineFromZero(a_deg * kRadPerDeg, b_deg * kRadPerDeg).linear() * zero_from_part.linear() *
+           group.axis;
   };
   for (int i = 0; i < 8; ++i) {
     const double h = 1e-4;
@@ -195,7 +198,7 @@ TEST(Drill, HitsTheDesignedHoleWhenTheProgramKnowsTheTruth) {
     a -= step.x();
     b -= step.y();
   }
-  const Vector3d start = truth.axes.MachineFromZero(a * kDegree, b * kDegree) * zero_from_part * hole.start_mm;
+  const Vector3d start = truth.axes.MachineFromZero(a * kRadPerDeg, b * kRadPerDeg) * zero_from_part * hole.start_mm;
   const DrilledHole exact = Drill(part, group, hole, truth, zero_from_part, {a, b, start}, {0, 0}, Random(1));
   EXPECT_LT(exact.position_error_mm, 1e-9);
   EXPECT_LT(exact.inclination_error_deg, 1e-7);
@@ -220,7 +223,7 @@ TEST(PlanBlade, ShowsEveryDatumPointAndHole) {
   for (const ScanPlan& plan : PlanBlade(part, kDesign, 0.4, poses)) {
     const Scene scene = BladeScene({shape}, truth, zero_from_part, plan.a_deg, plan.b_deg);
     const Eigen::Isometry3d part_from_machine =
-        (truth.axes.MachineFromZero(plan.a_deg * kDegree, plan.b_deg * kDegree) * zero_from_part).inverse();
+        (truth.axes.MachineFromZero(plan.a_deg * kRadPerDeg, plan.b_deg * kRadPerDeg) * zero_from_part).inverse();
     ScanPlan coarse = plan;
     coarse.columns = 160;
     for (const auto& profile : Scan(scene, truth, kDesign.scanner, coarse, 1, 2)) {

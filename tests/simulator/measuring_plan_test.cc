@@ -6,6 +6,7 @@
 
 #include <set>
 
+#include "metrology/frames/angles.h"
 #include "metrology/registration/six_point.h"
 #include "simulator/machine.h"
 
@@ -13,7 +14,7 @@ namespace sixpoint::simulator {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 constexpr double kPitch_mm = 0.3;
 // As the kernels find it where a person said where to scan (kernel_chain_test.cc).
 constexpr double kPoseLimit_mm = 5e-3;
@@ -29,8 +30,8 @@ metrology::JointChain ChainOf(const MachineTruth& truth) {
   };
   using metrology::JointKind;
   auto chain =
-      metrology::JointChain::Make({joint("A", JointKind::kRotary, truth.axes.a, 100 * kDegree),
-                                   joint("B", JointKind::kRotary, truth.axes.b, 360 * kDegree)},
+      metrology::JointChain::Make({joint("A", JointKind::kRotary, truth.axes.a, 100 * kRadPerDeg),
+                                   joint("B", JointKind::kRotary, truth.axes.b, 360 * kRadPerDeg)},
                                   {joint("X", JointKind::kLinear, {Vector3d::UnitX(), Vector3d::Zero()}, 350),
                                    joint("Y", JointKind::kLinear, {Vector3d::UnitY(), Vector3d::Zero()}, 200),
                                    joint("Z", JointKind::kLinear, {Vector3d::UnitZ(), Vector3d::Zero()}, 400)});
@@ -47,7 +48,7 @@ class MeasuringPlanRun : public ::testing::TestWithParam<int> {
         part_.zero_from_part_nominal,
         ChainOf(truth_),
         calibration_.sensor,
-        {design_.scanner.mid_range_mm, design_.scanner.range_mm, design_.scanner.line_angle_deg * kDegree},
+        {design_.scanner.mid_range_mm, design_.scanner.range_mm, design_.scanner.line_angle_deg * kRadPerDeg},
         discs,
         {}};
     task.options.body = {{-20, -50, design_.scanner.mid_range_mm}, {20, 50, design_.scanner.mid_range_mm + 100}};
@@ -65,8 +66,8 @@ class MeasuringPlanRun : public ::testing::TestWithParam<int> {
     for (const metrology::PlannedPortion& portion : plan.portions) {
       ScanPlan scan_plan;
       scan_plan.v0_mm = portion.v0_mm;
-      scan_plan.a_deg = portion.pose.a_rad / kDegree;
-      scan_plan.b_deg = portion.pose.b_rad / kDegree;
+      scan_plan.a_deg = portion.pose.a_rad / kRadPerDeg;
+      scan_plan.b_deg = portion.pose.b_rad / kRadPerDeg;
       scan_plan.last_x_mm = portion.length_mm;
       scan_plan.pitch_mm = kPitch_mm;
       const Scene scene = BladeScene({blade_}, truth_, zero_from_part_, scan_plan.a_deg, scan_plan.b_deg);

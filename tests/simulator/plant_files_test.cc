@@ -8,13 +8,14 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "metrology/frames/angles.h"
 #include "metrology/surface/surface.h"
 #include "simulator/plant_scans.h"
 
 namespace sixpoint::simulator {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 
 std::set<std::string> AllErrors() { return {kErrorNames.begin(), kErrorNames.end()}; }
 
@@ -75,7 +76,8 @@ TEST(Stage, WithoutErrorsReadsTheBladeWhereTheTruthHasIt) {
   for (const PlannedScan& scan : PlanScans(world)) {
     if (scan.kind != "airfoil" || scan.serial != kFinishedSerial) continue;
     const Eigen::Isometry3d machine_from_part =
-        world.truth.axes.MachineFromZero(scan.plan.a_deg * kDegree, scan.plan.b_deg * kDegree) * world.zero_from_part;
+        world.truth.axes.MachineFromZero(scan.plan.a_deg * kRadPerDeg, scan.plan.b_deg * kRadPerDeg) *
+        world.zero_from_part;
     const metrology::Points points_mm = stage.Read(scan, 2);
     for (std::size_t i = 0; i < points_mm.size(); i += 97, ++looked_at) {
       const Eigen::Vector3d p = points_mm[i];
@@ -96,14 +98,14 @@ TEST(TrueCorrections, StandTheGroupAlongZ) {
   for (std::size_t g = 0; g < corrections.size(); ++g) {
     const auto [a_deg, b_deg] = world.Reached_deg(corrections[g].a_deg, corrections[g].b_deg);
     const Eigen::Isometry3d machine_from_part =
-        world.truth.axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * world.zero_from_part;
+        world.truth.axes.MachineFromZero(a_deg * kRadPerDeg, b_deg * kRadPerDeg) * world.zero_from_part;
     const DesignedHoleGroup& group = world.part.hole_groups[g];
     EXPECT_NEAR((machine_from_part.linear() * group.axis - Eigen::Vector3d::UnitZ()).norm(), 0, 1e-9);
     // A part that is warm stands where its pose at 20 C has it, grown about the axis that carries it.
     const Eigen::Vector3d about = world.truth.axes.b.point_mm;
     const Eigen::Vector3d grown =
         about + world.part_seen * (world.ZeroFromPartAt20() * group.holes[0].start_mm - about);
-    const Eigen::Vector3d start = world.truth.axes.MachineFromZero(a_deg * kDegree, b_deg * kDegree) * grown;
+    const Eigen::Vector3d start = world.truth.axes.MachineFromZero(a_deg * kRadPerDeg, b_deg * kRadPerDeg) * grown;
     EXPECT_NEAR((start - corrections[g].starts_mm[0]).norm(), 0, 1e-9);
   }
 }

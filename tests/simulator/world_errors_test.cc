@@ -7,10 +7,12 @@
 #include <Eigen/QR>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::simulator {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
+using metrology::kRadPerDeg;
 
 TEST(ScannerField, IsOffAsStatedEverywhereAndIsNoPolynomial) {
   constexpr int kDraws = 4000;
@@ -73,8 +75,8 @@ TEST(AxisError, RunsShowReversalWormAndBearing) {
     if (run.commanded_deg[i] < 0 || run.commanded_deg[i] >= 360) continue;  // one turn
     const double up = run.error_deg[i], down = run.error_deg[1521 - i];
     reversal += up - down;
-    cosine += (up + down) * std::cos(90 * run.commanded_deg[i] * kDegree);
-    sine += (up + down) * std::sin(90 * run.commanded_deg[i] * kDegree);
+    cosine += (up + down) * std::cos(90 * run.commanded_deg[i] * kRadPerDeg);
+    sine += (up + down) * std::sin(90 * run.commanded_deg[i] * kRadPerDeg);
     ++count;
   }
   // 720 positions, each read to 0.6 mdeg at most.
@@ -89,7 +91,7 @@ TEST(ArmPlay, SwingsAsFarAsItSays) {
   metrology::Vector6d squares = metrology::Vector6d::Zero();
   for (int i = 0; i < kSwings; ++i) squares += play.Swing(Random(static_cast<std::uint64_t>(i))).cwiseAbs2() / kSwings;
   for (int k = 0; k < 3; ++k) {
-    EXPECT_NEAR(std::sqrt(squares[k]) / (play.turn_deg[k] * kDegree), 1, 0.04);
+    EXPECT_NEAR(std::sqrt(squares[k]) / (play.turn_deg[k] * kRadPerDeg), 1, 0.04);
     EXPECT_NEAR(std::sqrt(squares[k + 3]) / (1e-3 * play.shift_um[k]), 1, 0.04);
   }
 }
@@ -107,7 +109,7 @@ TEST(PinPlay, IsAnywhereWithinACircle) {
   }
   for (int k = 0; k < 2; ++k) {
     EXPECT_NEAR(std::sqrt(off[k]), 2e-3, 0.08e-3);
-    EXPECT_NEAR(std::sqrt(tilt[k]) / kDegree, 0.03, 0.0012);
+    EXPECT_NEAR(std::sqrt(tilt[k]) / kRadPerDeg, 0.03, 0.0012);
   }
 }
 

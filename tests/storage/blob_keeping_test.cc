@@ -30,7 +30,7 @@ using sixpoint::testing::ThrowawayDatabase;
 using sixpoint::testing::WhyNoObjectStore;
 using ::testing::HasSubstr;
 
-class BlobKeeping : public ::testing::TestWithParam<const char*> {
+class BlobKeepingTest : public ::testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
     if (OnS3()) {
@@ -136,9 +136,9 @@ class BlobKeeping : public ::testing::TestWithParam<const char*> {
   ThrowawayDatabase database_;
   std::unique_ptr<BlobStore> store_;
 };
-INSTANTIATE_TEST_SUITE_P(Stores, BlobKeeping, ::testing::Values("postgresql", "s3"));
+INSTANTIATE_TEST_SUITE_P(Stores, BlobKeepingTest, ::testing::Values("postgresql", "s3"));
 
-TEST_P(BlobKeeping, CollectsWhatNothingRefersToAfterTheGrace) {
+TEST_P(BlobKeepingTest, CollectsWhatNothingRefersToAfterTheGrace) {
   const std::string used = Put("used", true), unused = Put("unused", false);
   PutScan("s1", "artefact", {"block"}, 0);
   const std::string key = OnS3() ? KeyOf(unused) : "";
@@ -156,7 +156,7 @@ TEST_P(BlobKeeping, CollectsWhatNothingRefersToAfterTheGrace) {
   EXPECT_EQ(*Get(unused), "unused");
 }
 
-TEST_P(BlobKeeping, CollectsMoreThanOneBatch) {
+TEST_P(BlobKeepingTest, CollectsMoreThanOneBatch) {
   const int count = OnS3() ? 210 : 1001;
   {
     Transaction transaction = Begin();
@@ -168,7 +168,7 @@ TEST_P(BlobKeeping, CollectsMoreThanOneBatch) {
   EXPECT_EQ(Run("SELECT count(*) FROM blobs").Int(0, 0), 0);
 }
 
-TEST_P(BlobKeeping, LeavesWhatAnUncommittedPutHolds) {
+TEST_P(BlobKeepingTest, LeavesWhatAnUncommittedPutHolds) {
   Put("garbage so far", false);
   Transaction upload = Begin();
   const std::string sha256 = PutIn(upload, "garbage so far");
@@ -179,7 +179,7 @@ TEST_P(BlobKeeping, LeavesWhatAnUncommittedPutHolds) {
   EXPECT_EQ(*Get(sha256), "garbage so far");
 }
 
-TEST_P(BlobKeeping, ObjectsOfFailedUploadsGoAndThoseOfOthersStay) {
+TEST_P(BlobKeepingTest, ObjectsOfFailedUploadsGoAndThoseOfOthersStay) {
   if (!OnS3()) GTEST_SKIP() << "PostgreSQL rolls its bytes back with the row";
   const StagedBlob failed = *store_->Stage(*database(), "never committed", Soon());
   const std::string orphan = ObjectKeyOf(failed.sha256, failed.object_id);
@@ -196,7 +196,7 @@ TEST_P(BlobKeeping, ObjectsOfFailedUploadsGoAndThoseOfOthersStay) {
 }
 
 // A staging plant beside the real one, and the real one's database restored: each knows none of the clouds.
-TEST_P(BlobKeeping, ABucketThatIsAnothersLosesNothingAndGetsNothing) {
+TEST_P(BlobKeepingTest, ABucketThatIsAnothersLosesNothingAndGetsNothing) {
   if (!OnS3()) GTEST_SKIP() << "PostgreSQL's bytes are its own";
   std::vector<std::string> clouds;
   for (const char* bytes : {"one", "two", "three"}) clouds.push_back(KeyOf(Put(bytes, true)));
@@ -244,7 +244,7 @@ TEST_P(BlobKeeping, ABucketThatIsAnothersLosesNothingAndGetsNothing) {
 
 // Uploads of bytes that were garbage until now, several of the same at once, while the collector runs without any grace. All
 // walk in the order of digests, so that they meet.
-TEST_P(BlobKeeping, ACollectorNeverTakesWhatAPutJustStored) {
+TEST_P(BlobKeepingTest, ACollectorNeverTakesWhatAPutJustStored) {
   const int waves = OnS3() ? 4 : 20;
   constexpr int kUploaders = 3, kPayloads = 40, kMostWaves = 400;
   std::int64_t collected_count = 0;
@@ -281,7 +281,7 @@ TEST_P(BlobKeeping, ACollectorNeverTakesWhatAPutJustStored) {
 }
 
 // The same with the deletion of points: a new scan of the same blocks keeps them.
-TEST_P(BlobKeeping, ADeletionNeverTakesWhatAPutJustStored) {
+TEST_P(BlobKeepingTest, ADeletionNeverTakesWhatAPutJustStored) {
   const int rounds = OnS3() ? 15 : 60;
   for (int round = 0; round < rounds; ++round) {
     PutScan("s" + std::to_string(round), "artefact", {"cloud " + std::to_string(round), "common"}, 0);
@@ -303,7 +303,7 @@ TEST_P(BlobKeeping, ADeletionNeverTakesWhatAPutJustStored) {
   EXPECT_EQ(Get(Sha256Hex("common")).status().code(), absl::StatusCode::kFailedPrecondition);
 }
 
-TEST_P(BlobKeeping, TheCheckFindsAFlippedBitInEveryBlob) {
+TEST_P(BlobKeepingTest, TheCheckFindsAFlippedBitInEveryBlob) {
   std::mt19937 generator(7);
   std::set<std::string> damaged, found;
   for (int i = 0; i < 200; ++i) {
@@ -340,7 +340,7 @@ TEST_P(BlobKeeping, TheCheckFindsAFlippedBitInEveryBlob) {
   EXPECT_EQ(Run("SELECT count(*) FROM blob_damages").Int(0, 0), 100);  // each once, though found twice
 }
 
-TEST_P(BlobKeeping, TheCheckFindsObjectsThatAreGoneOrOfAnotherLength) {
+TEST_P(BlobKeepingTest, TheCheckFindsObjectsThatAreGoneOrOfAnotherLength) {
   if (!OnS3()) GTEST_SKIP() << "PostgreSQL's CHECK keeps bytes and length together";
   const std::string gone = Put("gone", true), longer = Put("longer", true), shorter = Put("shorter", true);
   ASSERT_TRUE(store_->objects()->Delete(KeyOf(gone), Soon()).ok());
@@ -353,7 +353,7 @@ TEST_P(BlobKeeping, TheCheckFindsObjectsThatAreGoneOrOfAnotherLength) {
   EXPECT_EQ(found, (std::map<std::string, std::string>{{gone, "missing"}, {longer, "size"}, {shorter, "size"}}));
 }
 
-TEST_P(BlobKeeping, TheCheckGoesOnWhereItStopped) {
+TEST_P(BlobKeepingTest, TheCheckGoesOnWhereItStopped) {
   for (int i = 0; i < 10; ++i) Put("blob " + std::to_string(i), true);
   CheckProgress last;
   CheckOptions options;
@@ -375,7 +375,7 @@ TEST_P(BlobKeeping, TheCheckGoesOnWhereItStopped) {
   EXPECT_EQ(last.checked_bytes, 60);
 }
 
-TEST_P(BlobKeeping, TheCheckKeepsItsRateAndHoldsNoConnectionWhileItWaits) {
+TEST_P(BlobKeepingTest, TheCheckKeepsItsRateAndHoldsNoConnectionWhileItWaits) {
   for (int i = 0; i < 4; ++i) Put(std::string(100'000, static_cast<char>('a' + i)), true);
   const auto single = database_.Open(1);
   std::atomic<bool> running{true};
@@ -390,15 +390,15 @@ TEST_P(BlobKeeping, TheCheckKeepsItsRateAndHoldsNoConnectionWhileItWaits) {
   options.rate_mb_s = 0.5;
   const auto begin = std::chrono::steady_clock::now();
   ASSERT_TRUE(CheckBlobs(single.get(), store_->objects(), options, {}, Soon(60)).ok());
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   running = false;
   other.join();
-  EXPECT_GE(seconds, 0.79);  // 400 kB at 0.5 MB/s
-  EXPECT_LT(seconds, 5);
+  EXPECT_GE(took_s, 0.79);  // 400 kB at 0.5 MB/s
+  EXPECT_LT(took_s, 5);
   EXPECT_GT(begun_count, 10);
 }
 
-TEST_P(BlobKeeping, DeletedPointsLeaveTheScanItsDigestAndAnEntryInTheRecord) {
+TEST_P(BlobKeepingTest, DeletedPointsLeaveTheScanItsDigestAndAnEntryInTheRecord) {
   PutScan("s1", "artefact", {"first", "shared", "used"}, 0);
   PutScan("s2", "artefact", {"shared"}, 0);
   Put("used", true);
@@ -432,7 +432,7 @@ TEST_P(BlobKeeping, DeletedPointsLeaveTheScanItsDigestAndAnEntryInTheRecord) {
             absl::StatusCode::kNotFound);
 }
 
-TEST_P(BlobKeeping, RetentionTakesWhatIsOlderThanItsKindsPolicy) {
+TEST_P(BlobKeepingTest, RetentionTakesWhatIsOlderThanItsKindsPolicy) {
   PutScan("old", "artefact", {"old points"}, 31);
   PutScan("young", "artefact", {"young points"}, 29);
   PutScan("other", "arm", {"other points"}, 400);
@@ -455,7 +455,7 @@ TEST_P(BlobKeeping, RetentionTakesWhatIsOlderThanItsKindsPolicy) {
   EXPECT_TRUE(Get(Sha256Hex("other points")).ok());
 }
 
-TEST_P(BlobKeeping, BytesThatAnUploadHeldAreSweptLater) {
+TEST_P(BlobKeepingTest, BytesThatAnUploadHeldAreSweptLater) {
   PutScan("s1", "artefact", {"points"}, 0);
   {
     Transaction upload = Begin();  // fails in the end
@@ -468,7 +468,7 @@ TEST_P(BlobKeeping, BytesThatAnUploadHeldAreSweptLater) {
 }
 
 // Two scans of the same bytes, deleted at once: neither deletion sees the other's.
-TEST_P(BlobKeeping, BytesOfTwoDeletionsAtOnceAreSweptLater) {
+TEST_P(BlobKeepingTest, BytesOfTwoDeletionsAtOnceAreSweptLater) {
   PutScan("s1", "artefact", {"points"}, 0);
   PutScan("s2", "artefact", {"points"}, 0);
   {
@@ -483,7 +483,7 @@ TEST_P(BlobKeeping, BytesOfTwoDeletionsAtOnceAreSweptLater) {
 }
 
 // What runs each hour: only what lost a reference is looked at, of whatever part of the bucket.
-TEST_P(BlobKeeping, ALooseBlobGoesAndNothingElseIsLookedAt) {
+TEST_P(BlobKeepingTest, ALooseBlobGoesAndNothingElseIsLookedAt) {
   const std::string loose = Put("loose", false), needed = Put("needed", true);
   Put("not known to be loose", false);
   Run("INSERT INTO loose_blobs (sha256) VALUES ('\\x" + loose + "'), ('\\x" + needed + "')");
@@ -500,7 +500,7 @@ TEST_P(BlobKeeping, ALooseBlobGoesAndNothingElseIsLookedAt) {
   EXPECT_EQ(Collect(std::chrono::seconds(0)).blob_count, 1);  // a person's collection looks at all
 }
 
-TEST_P(BlobKeeping, ThePartsTogetherAreTheWholeBucket) {
+TEST_P(BlobKeepingTest, ThePartsTogetherAreTheWholeBucket) {
   if (!OnS3()) GTEST_SKIP() << "PostgreSQL has no bucket";
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(store_->Stage(*database(), "orphan " + std::to_string(i), Soon()).ok());
   std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // the object store tells seconds
@@ -517,7 +517,7 @@ TEST_P(BlobKeeping, ThePartsTogetherAreTheWholeBucket) {
   EXPECT_LT(greatest, 10);
 }
 
-TEST_P(BlobKeeping, WhatIsKeptIsSummedWithoutReadingTheCatalogue) {
+TEST_P(BlobKeepingTest, WhatIsKeptIsSummedWithoutReadingTheCatalogue) {
   PutScan("s1", "artefact", {"first", "second"}, 0);
   Put("unused", false);
   Put("first", true);  // the same again is no more
@@ -545,7 +545,7 @@ TEST_P(BlobKeeping, WhatIsKeptIsSummedWithoutReadingTheCatalogue) {
   expect(2, 11, 0);
 }
 
-TEST_P(BlobKeeping, RetentionGoesOnWhereItWas) {
+TEST_P(BlobKeepingTest, RetentionGoesOnWhereItWas) {
   for (int i = 0; i < 5; ++i) PutScan("s" + std::to_string(i), "artefact", {"p" + std::to_string(i)}, 100 - i);
   SetPolicy("artefact", 98);
   EXPECT_EQ(Apply().scan_count, 2);
@@ -559,7 +559,7 @@ TEST_P(BlobKeeping, RetentionGoesOnWhereItWas) {
   EXPECT_TRUE(PointsOf("s4").ok());
 }
 
-TEST_P(BlobKeeping, PoliciesDeletionsAndDamagesAreAppendOnly) {
+TEST_P(BlobKeepingTest, PoliciesDeletionsAndDamagesAreAppendOnly) {
   PutScan("s1", "artefact", {"points"}, 0);
   Delete("s1");
   SetPolicy("arm", 5);

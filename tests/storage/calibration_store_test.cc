@@ -11,18 +11,19 @@
 #include "tests/support/fake_calibrations.h"
 #include "tests/support/registered.h"
 #include "tests/support/sample_calibrations.h"
+#include "tests/support/some_uuid.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
 namespace {
 
 using sixpoint::testing::FakeCalibrations;
+using sixpoint::testing::kSomeUuid;
 using sixpoint::testing::Soon;
 using std::chrono::hours;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-constexpr char kRequest[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 const CalibrationSubject kRotation{"m1", "rotation"};
 
 Instant Now() { return std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now()); }
@@ -59,8 +60,9 @@ RecordEntry EntryOf(const CalibrationRow& row) {
   return entry;
 }
 
-absl::StatusOr<CalibrationRow> Record(CalibrationStore& store, const CalibrationRow& row,
-                                      const std::string& request_id = "", const std::string& bytes = "request") {
+absl::StatusOr<CalibrationRow> RecordCalibration(CalibrationStore& store, const CalibrationRow& row,
+                                                 const std::string& request_id = "",
+                                                 const std::string& bytes = "request") {
   return store.Record({"area.Call", request_id, bytes}, row, EntryOf(row), Soon());
 }
 
@@ -92,7 +94,7 @@ std::string IdInForce(const CalibrationStore& store, Instant at = Now()) {
   return found.ok() && found->has_value() ? (**found).calibration_id : "";
 }
 
-std::vector<std::string> Ids(const absl::StatusOr<std::vector<CalibrationRow>>& rows) {
+std::vector<std::string> CalibrationIds(const absl::StatusOr<std::vector<CalibrationRow>>& rows) {
   EXPECT_TRUE(rows.ok()) << rows.status();
   std::vector<std::string> ids;
   for (const CalibrationRow& row : *rows) ids.push_back(row.calibration_id);
@@ -100,7 +102,7 @@ std::vector<std::string> Ids(const absl::StatusOr<std::vector<CalibrationRow>>& 
 }
 
 // Each test runs on both.
-void OnBoth(const std::function<void(CalibrationStore& store)>& test) {
+void OnBothCalibrationStores(const std::function<void(CalibrationStore& store)>& test) {
   {
     SCOPED_TRACE("the fake");
     FakeCalibrations fake;
@@ -115,9 +117,9 @@ void OnBoth(const std::function<void(CalibrationStore& store)>& test) {
 }
 
 TEST(CalibrationStore, WhatIsRecordedIsFoundWithItsResidualsAndState) {
-  OnBoth([](CalibrationStore& store) {
+  OnBothCalibrationStores([](CalibrationStore& store) {
     const CalibrationRow row = New();
-    const auto recorded = Record(store, row);
+    const auto recorded = RecordCalibration(store, row);
     ASSERT_TRUE(recorded.ok()) << recorded.status();
     const CalibrationRow found = Find(store, row.calibration_id);
     EXPECT_EQ(found.recorded.sequence, recorded->recorded.sequence);
@@ -131,21 +133,21 @@ TEST(CalibrationStore, WhatIsRecordedIsFoundWithItsResidualsAndState) {
 }
 
 TEST(CalibrationStore, TheSameRequestIsRecordedOnce) {
-  OnBoth([](CalibrationStore& store) {
-    const auto first = Record(store, New(), kRequest);
+  OnBothCalibrationStores([](CalibrationStore& store) {
+    const auto first = RecordCalibration(store, New(), kSomeUuid);
     ASSERT_TRUE(first.ok()) << first.status();
     const std::string id = first->calibration_id;
-    EXPECT_EQ((**store.FindRecorded({"area.Call", kRequest, "request"}, Soon())).calibration_id, id);
-    EXPECT_EQ(Record(store, New(), kRequest)->calibration_id, id);
-    EXPECT_EQ(Record(store, New(), kRequest, "another").status().code(), absl::StatusCode::kAlreadyExists);
-    EXPECT_EQ(Ids(store.List({}, 0, 10, Soon())).size(), 1u);
+    EXPECT_EQ((**store.FindRecorded({"area.Call", kSomeUuid, "request"}, Soon())).calibration_id, id);
+    EXPECT_EQ(RecordCalibration(store, New(), kSomeUuid)->calibration_id, id);
+    EXPECT_EQ(RecordCalibration(store, New(), kSomeUuid, "another").status().code(), absl::StatusCode::kAlreadyExists);
+    EXPECT_EQ(CalibrationIds(store.List({}, 0, 10, Soon())).size(), 1u);
   });
 }
 
 TEST(CalibrationStore, TheOneReleasedLastIsInForce) {
-  OnBoth([](CalibrationStore& store) {
+  OnBothCalibrationStores([](CalibrationStore& store) {
     const CalibrationRow draft = New(true), made = New(), old = New(false, Now() - hours(3), Now() - hours(2));
-    for (const CalibrationRow* row : {&draft, &made, &old}) ASSERT_TRUE(Record(store, *row).ok());
+    for (const CalibrationRow* row : {&draft, &made, &old}) ASSERT_TRUE(RecordCalibration(store, *row).ok());
     EXPECT_EQ(IdInForce(store), made.calibration_id);
     EXPECT_EQ(Find(store, draft.calibration_id).state, CalibrationState::kDraft);
     ASSERT_TRUE(Release(store, draft.calibration_id).ok());
@@ -164,15 +166,15 @@ TEST(CalibrationStore, TheOneReleasedLastIsInForce) {
 }
 
 TEST(CalibrationStore, AWithdrawnOneLeavesTheOneBeforeInForceAndNamesWhatRestsOnIt) {
-  OnBoth([](CalibrationStore& store) {
+  OnBothCalibrationStores([](CalibrationStore& store) {
     const CalibrationRow before = New(), knocked = New();
     CalibrationRow resting = NewSensor();
     resting.inputs = {knocked.name()};
-    for (const CalibrationRow& row : {before, knocked, resting}) ASSERT_TRUE(Record(store, row).ok());
-    const auto left = Withdraw(store, knocked.calibration_id, kRequest);
+    for (const CalibrationRow& row : {before, knocked, resting}) ASSERT_TRUE(RecordCalibration(store, row).ok());
+    const auto left = Withdraw(store, knocked.calibration_id, kSomeUuid);
     ASSERT_TRUE(left.ok()) << left.status();
     // A retry finds the same; another decision does not.
-    EXPECT_EQ(Withdraw(store, knocked.calibration_id, kRequest)->resting.size(), left->resting.size());
+    EXPECT_EQ(Withdraw(store, knocked.calibration_id, kSomeUuid)->resting.size(), left->resting.size());
     EXPECT_EQ(Withdraw(store, knocked.calibration_id).status().code(), absl::StatusCode::kAborted);
     EXPECT_EQ(left->calibration.state, CalibrationState::kWithdrawn);
     EXPECT_EQ(left->in_force->calibration_id, before.calibration_id);
@@ -186,10 +188,10 @@ TEST(CalibrationStore, AWithdrawnOneLeavesTheOneBeforeInForceAndNamesWhatRestsOn
 }
 
 TEST(CalibrationStore, WhatMayNotBeDecidedIsNot) {
-  OnBoth([](CalibrationStore& store) {
+  OnBothCalibrationStores([](CalibrationStore& store) {
     EXPECT_EQ(Release(store, NewUuid()).code(), absl::StatusCode::kNotFound);
     const CalibrationRow draft = New(true);
-    ASSERT_TRUE(Record(store, draft).ok());
+    ASSERT_TRUE(RecordCalibration(store, draft).ok());
     const CalibrationDecision refused = DecisionOf(draft.calibration_id, absl::FailedPreconditionError("no"));
     EXPECT_EQ(store.Release({"area.Release", "", ""}, refused, Soon()).status().code(),
               absl::StatusCode::kFailedPrecondition);
@@ -199,36 +201,38 @@ TEST(CalibrationStore, WhatMayNotBeDecidedIsNot) {
 }
 
 TEST(CalibrationStore, ListsNewestFirstBySubjectAndState) {
-  OnBoth([](CalibrationStore& store) {
+  OnBothCalibrationStores([](CalibrationStore& store) {
     const CalibrationRow first = New(), second = New(), draft = New(true), sensor = NewSensor();
-    for (const CalibrationRow* row : {&first, &second, &draft, &sensor}) ASSERT_TRUE(Record(store, *row).ok());
-    EXPECT_THAT(Ids(store.List({}, 0, 2, Soon())), ElementsAre(sensor.calibration_id, draft.calibration_id));
+    for (const CalibrationRow* row : {&first, &second, &draft, &sensor})
+      ASSERT_TRUE(RecordCalibration(store, *row).ok());
+    EXPECT_THAT(CalibrationIds(store.List({}, 0, 2, Soon())), ElementsAre(sensor.calibration_id, draft.calibration_id));
     const std::int64_t below = Find(store, second.calibration_id).recorded.sequence;
-    EXPECT_THAT(Ids(store.List({}, below, 10, Soon())), ElementsAre(first.calibration_id));
+    EXPECT_THAT(CalibrationIds(store.List({}, below, 10, Soon())), ElementsAre(first.calibration_id));
     CalibrationFilter filter;
     filter.subject.kind = "rotation";
     filter.state = CalibrationState::kInForce;
-    EXPECT_THAT(Ids(store.List(filter, 0, 10, Soon())), ElementsAre(second.calibration_id));
+    EXPECT_THAT(CalibrationIds(store.List(filter, 0, 10, Soon())), ElementsAre(second.calibration_id));
     EXPECT_TRUE(store.List(filter, 0, 10, Soon())->front().rotation->poses.empty());
     filter.with_residuals = true;
     EXPECT_EQ(store.List(filter, 0, 10, Soon())->front().rotation->poses.size(), 1u);
     filter.recorded.until = Now() - hours(1);
-    EXPECT_THAT(Ids(store.List(filter, 0, 10, Soon())), IsEmpty());
+    EXPECT_THAT(CalibrationIds(store.List(filter, 0, 10, Soon())), IsEmpty());
     filter = {};
     filter.subject.machine_id = "m2";
-    EXPECT_THAT(Ids(store.List(filter, 0, 10, Soon())), IsEmpty());
+    EXPECT_THAT(CalibrationIds(store.List(filter, 0, 10, Soon())), IsEmpty());
   });
 }
 
 TEST(CalibrationStore, TheHistoryGoesByValidityAndLeavesOutDraftsAndWithdrawnOnes) {
-  OnBoth([](CalibrationStore& store) {
+  OnBothCalibrationStores([](CalibrationStore& store) {
     const CalibrationRow late = New(), early = New(false, Now() - hours(5)), draft = New(true), knocked = New();
     const CalibrationRow earliest = New(false, Now() - hours(9));
     for (const CalibrationRow* row : {&late, &early, &draft, &knocked, &earliest})
-      ASSERT_TRUE(Record(store, *row).ok());
+      ASSERT_TRUE(RecordCalibration(store, *row).ok());
     ASSERT_TRUE(Withdraw(store, knocked.calibration_id).ok());
-    EXPECT_THAT(Ids(store.History(kRotation, 2, Soon())), ElementsAre(early.calibration_id, late.calibration_id));
-    EXPECT_EQ(Ids(store.History(kRotation, 10, Soon())).size(), 3u);
+    EXPECT_THAT(CalibrationIds(store.History(kRotation, 2, Soon())),
+                ElementsAre(early.calibration_id, late.calibration_id));
+    EXPECT_EQ(CalibrationIds(store.History(kRotation, 10, Soon())).size(), 3u);
   });
 }
 

@@ -11,18 +11,18 @@
 #include "tests/support/customers_parts.h"
 #include "tests/support/fake_plant_stores.h"
 #include "tests/support/registered.h"
+#include "tests/support/some_uuid.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using sixpoint::testing::Soon;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-constexpr char kRequest[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
-
-RecordEntry Entry(const std::vector<std::string>& inputs = {}) {
+RecordEntry PlantEntry(const std::vector<std::string>& inputs = {}) {
   RecordEntry entry;
   entry.inputs = inputs;
   entry.software_version = "test";
@@ -55,20 +55,20 @@ TessellationRow Tessellation() {
 }
 
 template <typename Row>
-absl::StatusOr<Row> Record(ResultWriter<Row>& store, const Row& row, const std::string& request_id = "",
-                           const std::string& bytes = "request", const RecordEntry& entry = Entry()) {
+absl::StatusOr<Row> RecordRow(ResultWriter<Row>& store, const Row& row, const std::string& request_id = "",
+                              const std::string& bytes = "request", const RecordEntry& entry = PlantEntry()) {
   return store.Record({"plant.Call", request_id, bytes}, row, entry, Soon());
 }
 
 absl::StatusOr<BladeRow> RecordBlade(const PlantStores& plant, const std::string& serial, const std::string& part) {
-  return Record(*plant.blades, BladeRow{serial, part, {}}, "", "", Entry({"parts/" + part + "@1"}));
+  return RecordRow(*plant.blades, BladeRow{serial, part, {}}, "", "", PlantEntry({"parts/" + part + "@1"}));
 }
 
 // Two parts of one surface.
 void AddParts(const PlantStores& plant) {
   const auto kept = plant.surfaces->Keep("cad", "surface", Tessellation(), "test", Soon());
   ASSERT_TRUE(kept.ok()) << kept.status();
-  for (const char* id : {"p1", "p2"}) ASSERT_TRUE(Record(*plant.parts, sixpoint::testing::PartOf(id, *kept)).ok());
+  for (const char* id : {"p1", "p2"}) ASSERT_TRUE(RecordRow(*plant.parts, sixpoint::testing::PartOf(id, *kept)).ok());
 }
 
 std::vector<std::string> Names(const absl::StatusOr<std::vector<JournalEntry>>& entries) {
@@ -97,7 +97,7 @@ void OnBothWithClearances(const std::function<void(const PlantStores& plant, con
 }
 
 // Each test runs on both.
-void OnBoth(const std::function<void(const PlantStores& plant)>& test) {
+void OnBothPlantStores(const std::function<void(const PlantStores& plant)>& test) {
   {
     SCOPED_TRACE("the fake");
     test(sixpoint::testing::FakePlantStores());
@@ -108,13 +108,13 @@ void OnBoth(const std::function<void(const PlantStores& plant)>& test) {
 }
 
 TEST(PlantStore, AnotherDescriptionIsANewRevisionAndTheSameIsNot) {
-  OnBoth([](const PlantStores& plant) {
-    const auto first = Record(*plant.machines, Machine("m1", 'a'));
+  OnBothPlantStores([](const PlantStores& plant) {
+    const auto first = RecordRow(*plant.machines, Machine("m1", 'a'));
     ASSERT_TRUE(first.ok()) << first.status();
-    EXPECT_EQ(Record(*plant.machines, Machine("m1", 'a'), kRequest)->recorded.sequence, first->recorded.sequence);
-    ASSERT_TRUE(Record(*plant.machines, Machine("m1", 'b')).ok());
+    EXPECT_EQ(RecordRow(*plant.machines, Machine("m1", 'a'), kSomeUuid)->recorded.sequence, first->recorded.sequence);
+    ASSERT_TRUE(RecordRow(*plant.machines, Machine("m1", 'b')).ok());
     // A request that found its description there goes on giving that revision.
-    EXPECT_EQ((**plant.machines->FindRecorded({"plant.Call", kRequest, "request"}, Soon())).revision, 1);
+    EXPECT_EQ((**plant.machines->FindRecorded({"plant.Call", kSomeUuid, "request"}, Soon())).revision, 1);
     EXPECT_EQ((**plant.machines->Find("m1", 0, Soon())).revision, 2);
     const auto found = plant.machines->Find("m1", 1, Soon());
     EXPECT_EQ((**found).content_sha256, std::string(64, 'a'));
@@ -129,21 +129,21 @@ TEST(PlantStore, AnotherDescriptionIsANewRevisionAndTheSameIsNot) {
 }
 
 TEST(PlantStore, TheSameRequestIsRecordedOnce) {
-  OnBoth([](const PlantStores& plant) {
-    const auto first = Record(*plant.machines, Machine("m1", 'a'), kRequest);
+  OnBothPlantStores([](const PlantStores& plant) {
+    const auto first = RecordRow(*plant.machines, Machine("m1", 'a'), kSomeUuid);
     ASSERT_TRUE(first.ok()) << first.status();
-    EXPECT_EQ((**plant.machines->FindRecorded({"plant.Call", kRequest, "request"}, Soon())).revision, 1);
-    EXPECT_EQ(Record(*plant.machines, Machine("m1", 'b'), kRequest)->recorded.sequence, first->recorded.sequence);
-    EXPECT_EQ(Record(*plant.machines, Machine("m1"), kRequest, "another").status().code(),
+    EXPECT_EQ((**plant.machines->FindRecorded({"plant.Call", kSomeUuid, "request"}, Soon())).revision, 1);
+    EXPECT_EQ(RecordRow(*plant.machines, Machine("m1", 'b'), kSomeUuid)->recorded.sequence, first->recorded.sequence);
+    EXPECT_EQ(RecordRow(*plant.machines, Machine("m1"), kSomeUuid, "another").status().code(),
               absl::StatusCode::kAlreadyExists);
     EXPECT_EQ((**plant.machines->Find("m1", 0, Soon())).revision, 1);
   });
 }
 
 TEST(PlantStore, ListsTheNewestOfEachById) {
-  OnBoth([](const PlantStores& plant) {
-    for (const char* id : {"m3", "m1", "m2"}) ASSERT_TRUE(Record(*plant.machines, Machine(id)).ok());
-    ASSERT_TRUE(Record(*plant.machines, Machine("m2", 'b')).ok());
+  OnBothPlantStores([](const PlantStores& plant) {
+    for (const char* id : {"m3", "m1", "m2"}) ASSERT_TRUE(RecordRow(*plant.machines, Machine(id)).ok());
+    ASSERT_TRUE(RecordRow(*plant.machines, Machine("m2", 'b')).ok());
     const auto listed = plant.machines->List({}, "m1", 1, Soon());
     ASSERT_TRUE(listed.ok()) << listed.status();
     ASSERT_EQ(listed->size(), 1u);
@@ -161,7 +161,7 @@ TEST(PlantStore, ListsTheNewestOfEachById) {
 }
 
 TEST(PlantStore, ASurfaceIsKeptOnceAndAPartShowsIt) {
-  OnBoth([](const PlantStores& plant) {
+  OnBothPlantStores([](const PlantStores& plant) {
     AddParts(plant);
     const std::string cad_sha256 = Sha256Hex("cad");
     const auto known = plant.surfaces->Find(cad_sha256, "step v3", Soon());
@@ -176,7 +176,7 @@ TEST(PlantStore, ASurfaceIsKeptOnceAndAPartShowsIt) {
 }
 
 TEST(PlantStore, ABladeIsOfOnePart) {
-  OnBoth([](const PlantStores& plant) {
+  OnBothPlantStores([](const PlantStores& plant) {
     AddParts(plant);
     const auto first = RecordBlade(plant, "sn1", "p1");
     ASSERT_TRUE(first.ok()) << first.status();
@@ -201,16 +201,16 @@ TEST(PlantStore, ACustomersPartIsForWhoIsCleared) {
     const auto surface = plant.surfaces->Keep("cad", "surface", Tessellation(), "test", Soon());
     PartRow part = sixpoint::testing::PartOf("p3", *surface);
     part.customer_id = "acme";
-    RecordEntry by_jane = Entry(), by_jack = Entry();
+    RecordEntry by_jane = PlantEntry(), by_jack = PlantEntry();
     by_jane.reader = jane;
     by_jack.reader = jack;
-    const auto refused = Record(*plant.parts, part, "", "request", by_jane).status();
+    const auto refused = RecordRow(*plant.parts, part, "", "request", by_jane).status();
     EXPECT_EQ(refused.code(), absl::StatusCode::kPermissionDenied) << refused;
     clear("users/jane", "customers/acme");
-    ASSERT_TRUE(Record(*plant.parts, part, "", "request", by_jane).ok());
-    RecordEntry blade_entry = Entry({"parts/p3@1"});
+    ASSERT_TRUE(RecordRow(*plant.parts, part, "", "request", by_jane).ok());
+    RecordEntry blade_entry = PlantEntry({"parts/p3@1"});
     blade_entry.reader = jane;
-    ASSERT_TRUE(Record(*plant.blades, BladeRow{"sn3", "p3", {}}, "", "", blade_entry).ok());
+    ASSERT_TRUE(RecordRow(*plant.blades, BladeRow{"sn3", "p3", {}}, "", "", blade_entry).ok());
     const auto parts_of = [&](const Reader& reader) { return plant.parts->List({{}, reader}, "", 10, Soon())->size(); };
     BladeFilter filter;
     filter.reader = jane;
@@ -228,10 +228,11 @@ TEST(PlantStore, ACustomersPartIsForWhoIsCleared) {
     // What is there already is neither changed nor told by who does not see it.
     part.customer_id = "";
     part.content_sha256 = std::string(64, 'e');
-    EXPECT_EQ(Record(*plant.parts, part, "", "request", by_jack).status().code(), absl::StatusCode::kPermissionDenied);
-    EXPECT_EQ(Record(*plant.parts, part, "", "request", by_jane)->customer_id, "acme");
+    EXPECT_EQ(RecordRow(*plant.parts, part, "", "request", by_jack).status().code(),
+              absl::StatusCode::kPermissionDenied);
+    EXPECT_EQ(RecordRow(*plant.parts, part, "", "request", by_jane)->customer_id, "acme");
     blade_entry.reader = jack;
-    const auto taken = Record(*plant.blades, BladeRow{"sn3", "p1", {}}, "", "", blade_entry).status();
+    const auto taken = RecordRow(*plant.blades, BladeRow{"sn3", "p1", {}}, "", "", blade_entry).status();
     EXPECT_EQ(taken.code(), absl::StatusCode::kPermissionDenied) << taken;
     const auto hidden = [&](const Reader& reader, const std::string& name, Unrecorded unrecorded) {
       return plant.clearances->FirstHidden(reader, {name}, unrecorded, Soon())->has_value();
@@ -291,10 +292,10 @@ MachiningModelRow Model(const std::string& id, const std::string& part, char con
 }
 
 TEST(PlantStore, AMachiningModelIsOfOnePartAndKeepsItsTemplate) {
-  OnBoth([](const PlantStores& plant) {
+  OnBothPlantStores([](const PlantStores& plant) {
     AddParts(plant);
     const auto record = [&](const MachiningModelRow& row) {
-      return Record(*plant.machining_models, row, "", "", Entry({"parts/" + row.part_id + "@1"}));
+      return RecordRow(*plant.machining_models, row, "", "", PlantEntry({"parts/" + row.part_id + "@1"}));
     };
     const auto first = record(Model("edm", "p1"));
     ASSERT_TRUE(first.ok()) << first.status();
@@ -386,12 +387,12 @@ TEST(PlantStore, ACustomersMachiningModelIsForWhoIsCleared) {
     const auto surface = plant.surfaces->Keep("cad", "surface", Tessellation(), "test", Soon());
     PartRow part = sixpoint::testing::PartOf("p3", *surface);
     part.customer_id = "acme";
-    RecordEntry by_jane = Entry(), by_jack = Entry();
+    RecordEntry by_jane = PlantEntry(), by_jack = PlantEntry();
     by_jane.reader = jane;
     by_jack.reader = jack;
-    ASSERT_TRUE(Record(*plant.parts, part, "", "request", by_jane).ok());
+    ASSERT_TRUE(RecordRow(*plant.parts, part, "", "request", by_jane).ok());
     by_jane.inputs = {"parts/p3@1"};
-    ASSERT_TRUE(Record(*plant.machining_models, Model("edm", "p3"), "", "request", by_jane).ok());
+    ASSERT_TRUE(RecordRow(*plant.machining_models, Model("edm", "p3"), "", "request", by_jane).ok());
     EXPECT_EQ(plant.machining_models->List({{}, jane}, "", 10, Soon())->size(), 1u);
     EXPECT_THAT(*plant.machining_models->List({{}, jack}, "", 10, Soon()), IsEmpty());
     EXPECT_EQ(plant.machining_models->List({{}, jane, "p3"}, "", 10, Soon())->size(), 1u);
@@ -402,13 +403,13 @@ TEST(PlantStore, ACustomersMachiningModelIsForWhoIsCleared) {
     EXPECT_TRUE(hidden(jack, "machining_models/edm"));
     EXPECT_FALSE(hidden(jane, "machining_models/edm"));
     // Whose it is is not told by an id that is taken.
-    const auto taken = Record(*plant.machining_models, Model("edm", "p1"), "", "request", by_jack).status();
+    const auto taken = RecordRow(*plant.machining_models, Model("edm", "p1"), "", "request", by_jack).status();
     EXPECT_EQ(taken.code(), absl::StatusCode::kPermissionDenied) << taken;
   });
 }
 
 TEST(PlantStore, TheJournalIsReadByNameBladeAndEdge) {
-  OnBoth([](const PlantStores& plant) {
+  OnBothPlantStores([](const PlantStores& plant) {
     AddParts(plant);
     for (const char* serial : {"sn1", "sn2"}) ASSERT_TRUE(RecordBlade(plant, serial, "p1").ok());
     EXPECT_TRUE(*plant.journal->IsRecorded("parts/p1", Soon()));

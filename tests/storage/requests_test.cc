@@ -4,15 +4,15 @@
 
 #include <thread>
 
+#include "tests/support/some_uuid.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::storage {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using sixpoint::testing::Soon;
 using sixpoint::testing::ThrowawayDatabase;
-
-constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 // Records a thing of that name, under that request.
 absl::Status Append(Transaction& transaction, const RecordedRequest& request, const std::string& name) {
@@ -30,19 +30,19 @@ TEST(Requests, TheSameRequestGetsWhatItRecorded) {
   ThrowawayDatabase database;
   absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
   ASSERT_TRUE(transaction.ok()) << transaction.status();
-  const RecordedRequest request{"Register", kId, "request"};
+  const RecordedRequest request{"Register", kSomeUuid, "request"};
   EXPECT_EQ(*FindKept(*transaction, request), std::nullopt);
   ASSERT_TRUE(Append(*transaction, request, "scans/s1").ok());
   ASSERT_TRUE(transaction->Commit().ok());
 
   absl::StatusOr<Transaction> retry = database.database()->Begin(Soon());
   EXPECT_EQ(*FindKept(*retry, request), "scans/s1");
-  EXPECT_EQ(FindKept(*retry, {"Register", kId, "another"}).status().code(), absl::StatusCode::kAlreadyExists);
-  EXPECT_EQ(*FindKept(*retry, {"Inspect", kId, "another"}), std::nullopt);  // ids are a call's own
+  EXPECT_EQ(FindKept(*retry, {"Register", kSomeUuid, "another"}).status().code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(*FindKept(*retry, {"Inspect", kSomeUuid, "another"}), std::nullopt);  // ids are a call's own
   // Of another call, what was there before.
-  ASSERT_TRUE(KeepRequest(*retry, KeptRequestOf({"Inspect", kId, "another"}), "scans/s1").ok());
-  EXPECT_EQ(*FindKept(*retry, {"Inspect", kId, "another"}), "scans/s1");
-  EXPECT_EQ(KeepRequest(*retry, KeptRequestOf({"Other", kId, ""}), "scans/s9").code(),
+  ASSERT_TRUE(KeepRequest(*retry, KeptRequestOf({"Inspect", kSomeUuid, "another"}), "scans/s1").ok());
+  EXPECT_EQ(*FindKept(*retry, {"Inspect", kSomeUuid, "another"}), "scans/s1");
+  EXPECT_EQ(KeepRequest(*retry, KeptRequestOf({"Other", kSomeUuid, ""}), "scans/s9").code(),
             absl::StatusCode::kFailedPrecondition);
 }
 
@@ -55,7 +55,7 @@ TEST(Requests, AnEmptyIdIsNeverKept) {
 
 TEST(Requests, WhatIsRolledBackIsNotKept) {
   ThrowawayDatabase database;
-  const RecordedRequest request{"Register", kId, "request"};
+  const RecordedRequest request{"Register", kSomeUuid, "request"};
   {
     absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
     ASSERT_TRUE(Append(*transaction, request, "scans/s1").ok());
@@ -67,7 +67,7 @@ TEST(Requests, WhatIsRolledBackIsNotKept) {
 TEST(Requests, ManyRetriesAtOnceDoTheWorkOnce) {
   ThrowawayDatabase database;
   const std::unique_ptr<Database> pool = database.Open(8);
-  const RecordedRequest request{"Register", kId, "request"};
+  const RecordedRequest request{"Register", kSomeUuid, "request"};
   std::atomic<int> worked{0};
   std::vector<std::thread> threads;
   for (int i = 0; i < 8; ++i) {
@@ -89,7 +89,7 @@ TEST(Requests, ManyRetriesAtOnceDoTheWorkOnce) {
 
 TEST(Requests, WhatWasRecordedAndIsGoneIsAnErrorAndNoAnswer) {
   ThrowawayDatabase database;
-  const RecordedRequest request{"Register", kId, "request"};
+  const RecordedRequest request{"Register", kSomeUuid, "request"};
   absl::StatusOr<Transaction> transaction = database.database()->Begin(Soon());
   ASSERT_TRUE(Append(*transaction, request, "scans/s1").ok());
   ASSERT_TRUE(transaction->Commit().ok());
@@ -102,7 +102,7 @@ TEST(Requests, WhatWasRecordedAndIsGoneIsAnErrorAndNoAnswer) {
 
 TEST(Requests, WorkThatTheDatabaseEndedIsTriedAgainFromItsStart) {
   ThrowawayDatabase database;
-  const RecordedRequest request{"area.Call", kId, "request"};
+  const RecordedRequest request{"area.Call", kSomeUuid, "request"};
   int attempts = 0;
   const auto work = [&](Transaction& transaction) -> absl::StatusOr<std::string> {
     if (const absl::Status done = Append(transaction, request, "scans/s1"); !done.ok()) return done;

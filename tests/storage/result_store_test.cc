@@ -17,17 +17,17 @@
 #include "storage/sections.h"
 #include "tests/services/correction/judged_plant.h"
 #include "tests/support/fake_results.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::storage {
 namespace {
 
 using sixpoint::testing::FakeResults;
 using sixpoint::testing::JudgedPlant;
+using sixpoint::testing::kSomeUuid;
 using sixpoint::testing::Soon;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-constexpr char kRequest[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 // A row that all of a plant's foreign keys hold for.
 template <typename Row>
@@ -291,13 +291,13 @@ TYPED_TEST(ResultStoreTest, WhatIsRecordedIsFoundWithItsSequenceAndTime) {
 
 TYPED_TEST(ResultStoreTest, TheSameRequestIsRecordedOnce) {
   this->OnBoth([this](auto& store, int held_count) {
-    const auto first = this->Record(store, this->New(), kRequest);
+    const auto first = this->Record(store, this->New(), kSomeUuid);
     ASSERT_TRUE(first.ok()) << first.status();
     const std::string id = (*first).*TypeParam::kId;
-    EXPECT_EQ((**store.FindRecorded({"area.Call", kRequest, "request"}, Soon())).*TypeParam::kId, id);
-    EXPECT_EQ((*this->Record(store, this->New(), kRequest)).*TypeParam::kId, id);
-    EXPECT_EQ(this->Record(store, this->New(), kRequest, "another").status().code(), absl::StatusCode::kAlreadyExists);
-    EXPECT_FALSE(store.FindRecorded({"area.Other", kRequest, "request"}, Soon())->has_value());
+    EXPECT_EQ((**store.FindRecorded({"area.Call", kSomeUuid, "request"}, Soon())).*TypeParam::kId, id);
+    EXPECT_EQ((*this->Record(store, this->New(), kSomeUuid)).*TypeParam::kId, id);
+    EXPECT_EQ(this->Record(store, this->New(), kSomeUuid, "another").status().code(), absl::StatusCode::kAlreadyExists);
+    EXPECT_FALSE(store.FindRecorded({"area.Other", kSomeUuid, "request"}, Soon())->has_value());
     EXPECT_EQ(static_cast<int>(this->Ids(store, {}, 0, 10).size()), held_count + 1);
   });
 }

@@ -85,7 +85,7 @@ void Store(ScanStore& scans, const std::string& scan_id, const std::vector<std::
   ASSERT_TRUE(completed.ok() && completed->has_value()) << completed.status();
 }
 
-std::vector<std::string> Ids(const absl::StatusOr<std::vector<ScanRow>>& rows) {
+std::vector<std::string> ScanIds(const absl::StatusOr<std::vector<ScanRow>>& rows) {
   EXPECT_TRUE(rows.ok()) << rows.status();
   std::vector<std::string> ids;
   for (const ScanRow& row : *rows) ids.push_back(row.scan_id);
@@ -95,7 +95,7 @@ std::vector<std::string> Ids(const absl::StatusOr<std::vector<ScanRow>>& rows) {
 DeletionOrder OrderOf(const std::string& scan_id) { return {scan_id, "not needed", "a person", "test", std::nullopt}; }
 
 // Each test runs on both.
-void OnBoth(const std::function<void(ScanStore& scans, RetentionStore& retention)>& test) {
+void OnBothScanStores(const std::function<void(ScanStore& scans, RetentionStore& retention)>& test) {
   {
     SCOPED_TRACE("the fake");
     FakeScans fake;
@@ -109,7 +109,7 @@ void OnBoth(const std::function<void(ScanStore& scans, RetentionStore& retention
 }
 
 TEST(ScanStore, AnUploadIsGoneOnWithWhereItWas) {
-  OnBoth([](ScanStore& scans, RetentionStore&) {
+  OnBothScanStores([](ScanStore& scans, RetentionStore&) {
     ScanUploadRow upload = scans.Join(NewUpload("s1"), kGoesOn, Soon())->upload;
     EXPECT_EQ(upload.next_block, 0);
     ASSERT_TRUE(*Add(scans, &upload, "first"));
@@ -125,7 +125,7 @@ TEST(ScanStore, AnUploadIsGoneOnWithWhereItWas) {
 }
 
 TEST(ScanStore, AnUploadBeginsAnewOrIsRefusedAsItsCallerSays) {
-  OnBoth([](ScanStore& scans, RetentionStore&) {
+  OnBothScanStores([](ScanStore& scans, RetentionStore&) {
     ASSERT_TRUE(scans.Join(NewUpload("s1"), kGoesOn, Soon()).ok());
     const auto refuse = [](const ScanUploadRow&) -> absl::StatusOr<bool> { return absl::AbortedError("differs"); };
     EXPECT_EQ(scans.Join(NewUpload("s1"), refuse, Soon()).status().code(), absl::StatusCode::kAborted);
@@ -136,7 +136,7 @@ TEST(ScanStore, AnUploadBeginsAnewOrIsRefusedAsItsCallerSays) {
 }
 
 TEST(ScanStore, OfTwoStreamsOneIsQuicker) {
-  OnBoth([](ScanStore& scans, RetentionStore&) {
+  OnBothScanStores([](ScanStore& scans, RetentionStore&) {
     ScanUploadRow upload = scans.Join(NewUpload("s1"), kGoesOn, Soon())->upload, slower = upload;
     ASSERT_TRUE(*Add(scans, &upload, "first"));
     EXPECT_FALSE(*Add(scans, &slower, "also first"));
@@ -147,7 +147,7 @@ TEST(ScanStore, OfTwoStreamsOneIsQuicker) {
 }
 
 TEST(ScanStore, ACompleteScanHasItsBlocksAndItsUploadIsGone) {
-  OnBoth([](ScanStore& scans, RetentionStore&) {
+  OnBothScanStores([](ScanStore& scans, RetentionStore&) {
     Store(scans, "s1", {"first", "second"});
     const auto found = scans.Find("s1", Soon());
     ASSERT_TRUE(found.ok() && found->has_value()) << found.status();
@@ -167,7 +167,7 @@ TEST(ScanStore, ACompleteScanHasItsBlocksAndItsUploadIsGone) {
 }
 
 TEST(ScanStore, AScanThatCannotBeMadeLeavesItsUpload) {
-  OnBoth([](ScanStore& scans, RetentionStore&) {
+  OnBothScanStores([](ScanStore& scans, RetentionStore&) {
     ScanUploadRow upload = scans.Join(NewUpload("s1"), kGoesOn, Soon())->upload;
     ASSERT_TRUE(*Add(scans, &upload, "first"));
     const auto refuse = [](const ScanUploadRow&, const std::vector<ScanBlockRow>&) -> absl::StatusOr<MadeScan> {
@@ -180,25 +180,25 @@ TEST(ScanStore, AScanThatCannotBeMadeLeavesItsUpload) {
 }
 
 TEST(ScanStore, ListsNewestFirstByFilters) {
-  OnBoth([](ScanStore& scans, RetentionStore&) {
+  OnBothScanStores([](ScanStore& scans, RetentionStore&) {
     for (const char* id : {"s1", "s2", "s3"}) Store(scans, id, {id});
-    EXPECT_THAT(Ids(scans.List({}, 0, 2, Soon())), ElementsAre("s3", "s2"));
-    EXPECT_THAT(Ids(scans.List({}, (**scans.Find("s2", Soon())).recorded.sequence, 2, Soon())), ElementsAre("s1"));
+    EXPECT_THAT(ScanIds(scans.List({}, 0, 2, Soon())), ElementsAre("s3", "s2"));
+    EXPECT_THAT(ScanIds(scans.List({}, (**scans.Find("s2", Soon())).recorded.sequence, 2, Soon())), ElementsAre("s1"));
     ScanFilter filter;
     filter.artefact_id = "p1";
     filter.kind = "artefact";
     filter.machine_id = "m1";
-    EXPECT_EQ(Ids(scans.List(filter, 0, 10, Soon())).size(), 3u);
+    EXPECT_EQ(ScanIds(scans.List(filter, 0, 10, Soon())).size(), 3u);
     filter.kind = "arm";
-    EXPECT_THAT(Ids(scans.List(filter, 0, 10, Soon())), IsEmpty());
+    EXPECT_THAT(ScanIds(scans.List(filter, 0, 10, Soon())), IsEmpty());
     filter = {};
     filter.recorded.until = std::chrono::system_clock::now() - std::chrono::hours(1);
-    EXPECT_THAT(Ids(scans.List(filter, 0, 10, Soon())), IsEmpty());
+    EXPECT_THAT(ScanIds(scans.List(filter, 0, 10, Soon())), IsEmpty());
   });
 }
 
 TEST(ScanStore, DeletedPointsGoWhereNoOtherScanNeedsThem) {
-  OnBoth([](ScanStore& scans, RetentionStore& retention) {
+  OnBothScanStores([](ScanStore& scans, RetentionStore& retention) {
     Store(scans, "s1", {"own", "shared"});
     Store(scans, "s2", {"shared"});
     EXPECT_FALSE(retention.FindDeletion("s1", Soon())->has_value());
@@ -229,7 +229,7 @@ absl::StatusOr<std::string> RecordPolicy(RetentionStore& retention, const Retent
 }
 
 TEST(ScanStore, APolicyIsSetOnceForEachRequest) {
-  OnBoth([](ScanStore&, RetentionStore& retention) {
+  OnBothScanStores([](ScanStore&, RetentionStore& retention) {
     constexpr char kRequest[] = "5f0f3c9e-6a52-4d3a-9a63-2f1d1f6f0b11";
     RetentionPolicy policy;
     policy.scan_kind = "arm";
@@ -241,7 +241,7 @@ TEST(ScanStore, APolicyIsSetOnceForEachRequest) {
 }
 
 TEST(ScanStore, PoliciesHaveRevisionsAndTakeNothingThatIsYoung) {
-  OnBoth([](ScanStore& scans, RetentionStore& retention) {
+  OnBothScanStores([](ScanStore& scans, RetentionStore& retention) {
     Store(scans, "s1", {"young"});
     RetentionPolicy policy;
     policy.scan_kind = "artefact";

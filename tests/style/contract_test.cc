@@ -43,7 +43,7 @@ bool StartsWith(const std::string& text, const std::string& prefix) { return tex
 
 bool IsOurs(const FileDescriptor* file) { return StartsWith(file->package(), "sixpoint."); }
 
-class Contract : public testing::Test {
+class Contract : public ::testing::Test {
  protected:
   void SetUp() override {
     const std::string path = std::getenv("SIXPOINT_BIN_DIR") + std::string("/../contract.binpb");

@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "metrology/cad/tessellation.h"
+#include "metrology/frames/angles.h"
 #include "metrology/mesh/mesh_bytes.h"
 #include "metrology/mesh/volume.h"
 #include "metrology/surface/surface.h"
@@ -21,8 +22,6 @@ namespace sixpoint::metrology {
 namespace {
 
 using ::testing::HasSubstr;
-
-constexpr double kPi = 3.14159265358979323846;
 
 absl::StatusOr<TriangleMesh> Read(CadFormat format, const std::string& bytes, const std::string& solid = "") {
   const std::string path = std::filesystem::temp_directory_path() / ("foreign-cad-" + std::to_string(getpid()));

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "metrology/mesh/mesh_bytes.h"
 #include "metrology/mesh/volume.h"
 #include "metrology/mesh/weld.h"
@@ -15,7 +16,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kRadiusMm = 10, kHeightMm = 30, kPi = 3.14159265358979323846;
+constexpr double kRadiusMm = 10, kHeightMm = 30;
 
 // Two half cylinders (faces 0 and 1; u: angle, v: height) that meet along two straight lines and are open at the ends.
 class TwoHalves : public ShapeGeometry {

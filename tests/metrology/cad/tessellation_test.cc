@@ -9,6 +9,7 @@
 #include <fstream>
 #include <functional>
 
+#include "metrology/frames/angles.h"
 #include "metrology/mesh/volume.h"
 #include "tests/metrology/cad/sample_cad.h"
 
@@ -17,8 +18,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using testing::SampleShape;
-
-constexpr double kPi = 3.14159265358979323846;
 
 class TemporaryFile {
  public:

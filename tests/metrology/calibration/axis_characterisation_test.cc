@@ -10,6 +10,7 @@
 #include <random>
 #include <thread>
 
+#include "metrology/frames/angles.h"
 #include "tests/metrology/calibration/encoder_bench.h"
 
 namespace sixpoint::metrology {
@@ -20,7 +21,6 @@ using sixpoint::testing::Axis;
 using sixpoint::testing::EncoderRun;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-constexpr double kDeg = M_PI / 180;
 
 // The model's terms, summed.
 double ModelError(const AxisCharacterisation& axis, double commanded_rad, Travel travel) {
@@ -61,9 +61,9 @@ TEST(AxisCharacterisation, TheTableReachesWhereTheAxisDoes) {
   double worst = 0, greatest = 0;
   for (double angle = -20; angle < 400; angle += 0.037)
     for (const Travel travel : {Travel::kForward, Travel::kBackward}) {
-      worst =
-          std::max(worst, std::abs(axis->table.ErrorAt(angle * kDeg, travel) - truth.ErrorAt(angle * kDeg, travel)));
-      greatest = std::max(greatest, std::abs(truth.ErrorAt(angle * kDeg, travel)));
+      worst = std::max(
+          worst, std::abs(axis->table.ErrorAt(angle * kRadPerDeg, travel) - truth.ErrorAt(angle * kRadPerDeg, travel)));
+      greatest = std::max(greatest, std::abs(truth.ErrorAt(angle * kRadPerDeg, travel)));
     }
   // (2 pi / 32)^2 / 8 of the periodic amplitude.
   EXPECT_LT(worst, 0.005 * truth.periodic);
@@ -76,14 +76,14 @@ TEST(AxisCharacterisation, TheTableReachesWhereTheAxisDoes) {
 TEST(AxisCharacterisation, AReversalThatChangesOverTheTurnIsInTheTable) {
   std::vector<AxisReading> run = EncoderRun(Axis(), 0, nullptr);
   const auto extra = [](const AxisReading& r) {
-    return (r.travel == Travel::kForward ? 0.5 : -0.5) * 0.004 * kDeg * std::cos(r.commanded_rad);
+    return (r.travel == Travel::kForward ? 0.5 : -0.5) * 0.004 * kRadPerDeg * std::cos(r.commanded_rad);
   };
   for (AxisReading& r : run) r.measured_rad += extra(r);
   const auto axis = CharacteriseAxis(run);
   ASSERT_TRUE(axis.ok());
   ASSERT_EQ(axis->reversal_harmonics.size(), 1u);
   EXPECT_EQ(axis->reversal_harmonics[0].order, 1);
-  EXPECT_NEAR(axis->reversal_harmonics[0].cosine_rad, 0.004 * kDeg, 1e-12);
+  EXPECT_NEAR(axis->reversal_harmonics[0].cosine_rad, 0.004 * kRadPerDeg, 1e-12);
   for (const AxisReading& r : run)
     EXPECT_NEAR(ModelError(*axis, r.commanded_rad, r.travel), r.measured_rad - r.commanded_rad, 1e-11);
 }
@@ -94,7 +94,7 @@ TEST(AxisCharacterisation, NoiseAloneHasNoPeriod) {
   int found = 0;
   for (int seed = 1; seed <= 100; ++seed) {
     std::mt19937_64 random(seed);
-    const auto axis = CharacteriseAxis(EncoderRun(quiet, 0.001 * kDeg, &random));
+    const auto axis = CharacteriseAxis(EncoderRun(quiet, 0.001 * kRadPerDeg, &random));
     ASSERT_TRUE(axis.ok());
     found += axis->periodic.has_value();
   }
@@ -105,7 +105,7 @@ TEST(AxisCharacterisation, NoiseAloneHasNoPeriod) {
 // 200 runs, against the bound of the linear model with its orders known.
 TEST(AxisCharacterisation, ReachesTheBoundWithHonestCoverage) {
   constexpr int kSeeds = 200;
-  constexpr double kNoise = 5e-4 * kDeg;
+  constexpr double kNoise = 5e-4 * kRadPerDeg;
   const Axis truth;
   const Eigen::MatrixXd information = truth.Information(EncoderRun(truth, 0, nullptr), kNoise);
   const Eigen::Vector4d true_figures = truth.Figures(kNoise);
@@ -158,7 +158,7 @@ TEST(AxisCharacterisation, ReachesTheBoundWithHonestCoverage) {
 
 TEST(AxisCharacterisation, GivesTheSameBitsWhoeverElseCalls) {
   std::mt19937_64 random(3);
-  const std::vector<AxisReading> run = EncoderRun(Axis(), 5e-4 * kDeg, &random);
+  const std::vector<AxisReading> run = EncoderRun(Axis(), 5e-4 * kRadPerDeg, &random);
   const auto alone = CharacteriseAxis(run);
   absl::StatusOr<AxisCharacterisation> first, second;
   std::thread other([&] { first = CharacteriseAxis(run); });
@@ -196,8 +196,8 @@ TEST(AxisCharacterisation, RefusesRunsThatCannotTell) {
   EXPECT_THAT(refused(one_way), HasSubstr("backward it covers 0 deg"));
   EXPECT_THAT(refused(gap), HasSubstr("no reading forward between"));
   for (AxisReading& r : radians) {  // radians given as degrees
-    r.commanded_rad *= kDeg;
-    r.measured_rad *= kDeg;
+    r.commanded_rad *= kRadPerDeg;
+    r.measured_rad *= kRadPerDeg;
   }
   EXPECT_THAT(refused(radians), AllOf(HasSubstr("6.632"), HasSubstr(" deg, want a whole turn")));
   nan[7].measured_rad = std::nan("");
@@ -224,18 +224,18 @@ TEST(AxisCharacterisation, PlantARunsHaveTheFiguresOfTheTruth) {
     std::vector<AxisReading> run;
     for (size_t i = 0; i < in.at("commanded_deg").size(); ++i) {
       const double commanded = in.at("commanded_deg")[i], error = in.at("error_deg")[i];
-      run.push_back({commanded * kDeg, (commanded + error) * kDeg,
+      run.push_back({commanded * kRadPerDeg, (commanded + error) * kRadPerDeg,
                      in.at("direction")[i] > 0 ? Travel::kForward : Travel::kBackward});
     }
     const auto axis = CharacteriseAxis(run);
     ASSERT_TRUE(axis.ok()) << axis.status();
     // The file has 1e-6 deg.
-    EXPECT_NEAR(axis->reversal_rad.value / kDeg, known.at("reversal_deg"), 1e-6);
+    EXPECT_NEAR(axis->reversal_rad.value / kRadPerDeg, known.at("reversal_deg"), 1e-6);
     ASSERT_TRUE(axis->periodic.has_value());
     EXPECT_NEAR(360.0 / axis->periodic->order, known.at("period_deg"), 1e-9);
-    EXPECT_NEAR(2 * axis->periodic->amplitude_rad.value / kDeg, known.at("periodic_peak_to_peak_deg"), 1e-6);
-    EXPECT_NEAR(axis->greatest_error_rad.value / kDeg, greatest, 1.1e-3);
-    EXPECT_LT(axis->noise_rad.value, 1e-6 * kDeg);
+    EXPECT_NEAR(2 * axis->periodic->amplitude_rad.value / kRadPerDeg, known.at("periodic_peak_to_peak_deg"), 1e-6);
+    EXPECT_NEAR(axis->greatest_error_rad.value / kRadPerDeg, greatest, 1.1e-3);
+    EXPECT_LT(axis->noise_rad.value, 1e-6 * kRadPerDeg);
   }
 }
 

@@ -9,12 +9,12 @@
 #include "metrology/calibration/rotation_calibration.h"
 #include "metrology/calibration/sensor_calibration.h"
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/frames/angles.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 using nlohmann::json;
-constexpr double kDeg = M_PI / 180;
 
 Eigen::Vector3d Vector(const json& j) { return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()}; }
 
@@ -58,7 +58,7 @@ TEST_F(PlantA, SensorIsWithinThreeStandardUncertaintiesOfTheTruth) {
     artefact.cones.push_back({name, {at.at(0).get<double>(), at.at(1).get<double>()}});
   for (const auto& [name, at] : record.at("slots_mm").items())
     artefact.slots.push_back({name, {at.at(0).get<double>(), at.at(1).get<double>()}});
-  artefact.cone_half_angle_rad = record.at("cone_half_angle_deg").get<double>() * kDeg;
+  artefact.cone_half_angle_rad = record.at("cone_half_angle_deg").get<double>() * kRadPerDeg;
   artefact.cone_top_radius_mm = record.at("cone_top_radius_mm");
   artefact.cone_bottom_radius_mm = record.at("cone_bottom_radius_mm");
   artefact.slot_width_mm = record.at("slot_width_mm");
@@ -82,7 +82,7 @@ TEST_F(PlantA, SensorIsWithinThreeStandardUncertaintiesOfTheTruth) {
   error << VectorFromRotation(result->sensor.rotation * rotation.transpose()),
       result->sensor.t_sm_mm - Vector(truth.at("T_sm_mm"));
   for (int k = 0; k < 6; ++k) EXPECT_LT(std::abs(error(k)), 3 * std::sqrt(result->sensor.covariance(k, k))) << k;
-  EXPECT_LT(error.head<3>().cwiseAbs().maxCoeff(), 0.0015 * kDeg);  // the plant's judge, level full
+  EXPECT_LT(error.head<3>().cwiseAbs().maxCoeff(), 0.0015 * kRadPerDeg);  // the plant's judge, level full
   EXPECT_LT(error.tail<3>().cwiseAbs().maxCoeff(), 1e-3);
   EXPECT_NEAR(result->noise_mm, 2e-3, 0.05e-3);
   // Slots: within half the pitch of the profiles (50 um) in x, a touch in y and z.
@@ -96,8 +96,8 @@ TEST_F(PlantA, SensorIsWithinThreeStandardUncertaintiesOfTheTruth) {
 TEST_F(PlantA, AxesCarryAPointWithinTwoMicrometres) {
   std::vector<SpherePose> poses;
   for (const json& p : data.at("sphere_poses"))
-    poses.push_back({p.at("a_deg").get<double>() * kDeg, p.at("b_deg").get<double>() * kDeg, Vector(p.at("centre_mm")),
-                     p.at("use") != "fit"});
+    poses.push_back({p.at("a_deg").get<double>() * kRadPerDeg, p.at("b_deg").get<double>() * kRadPerDeg,
+                     Vector(p.at("centre_mm")), p.at("use") != "fit"});
   RotationOptions options;
   options.nominal.a.point_mm = options.nominal.b.point_mm = Vector(data.at("machine").at("nominal_centre_mm"));
   const auto result = CalibrateRotation(poses, options);
@@ -111,10 +111,11 @@ TEST_F(PlantA, AxesCarryAPointWithinTwoMicrometres) {
       const Eigen::Vector3d p = zero_from_part * Vector(hole.at("start_in_part_mm"));
       for (int a = -30; a <= 60; a += 30)
         for (int b = 0; b < 360; b += 45) {
-          const Eigen::Vector3d error =
-              result->axes.MachineFromZero(a * kDeg, b * kDeg) * p - axes.MachineFromZero(a * kDeg, b * kDeg) * p;
+          const Eigen::Vector3d error = result->axes.MachineFromZero(a * kRadPerDeg, b * kRadPerDeg) * p -
+                                        axes.MachineFromZero(a * kRadPerDeg, b * kRadPerDeg) * p;
           EXPECT_LT(error.norm(), 2e-3) << "A " << a << " B " << b;
-          const Eigen::Matrix<double, 3, 8> jacobian = result->axes.ParameterJacobian(p, a * kDeg, b * kDeg);
+          const Eigen::Matrix<double, 3, 8> jacobian =
+              result->axes.ParameterJacobian(p, a * kRadPerDeg, b * kRadPerDeg);
           const Eigen::Matrix3d covariance = jacobian * result->covariance * jacobian.transpose();
           for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(error(k)), 3.5 * std::sqrt(covariance(k, k)) + 1e-7);
         }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <thread>
 
+#include "metrology/frames/angles.h"
 #include "tests/metrology/calibration/probe_bench.h"
 
 namespace sixpoint::metrology {
@@ -16,7 +17,6 @@ namespace {
 using sixpoint::testing::ProbeBench;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-constexpr double kDeg = M_PI / 180;
 
 struct Statistics {
   double pooled = 0, coverage = 0, worst_bias = 0;
@@ -163,7 +163,7 @@ TEST(ProbeCheck, MovedBlockShowsNoMoreThanThePaperFound) {
   };
   for (const Published& p :
        {Published{0.00218, 0.41e-3, 0.021, 0.003, 0.019}, Published{0.080, 3.21e-3, 3.33, 0.1, 0.401}}) {
-    ProbeBench bench(60 * kDeg), moved(60 * kDeg, {20, 90, -180}, 1.2);
+    ProbeBench bench(60 * kRadPerDeg), moved(60 * kRadPerDeg, {20, 90, -180}, 1.2);
     for (ProbeBench* b : {&bench, &moved}) b->noise_mm = b->options.noise_mm = p.noise_mm;
     double mean_angle = 0, mean_distance = 0, range = 0;
     constexpr int kRuns = 100;
@@ -208,29 +208,29 @@ TEST(ProbeCheck, ShowsAProbeThatWasBentSinceItsCalibration) {
 // The common angle at which one beam meets the normals x, y and that of a face that falls by alpha along x and y.
 TEST(BlockAngle, OneBeamMeetsAllThreeFacesAtTheAngleAllowed) {
   for (const double theta_deg : {45.0, 47.5, 50.0, 52.0, 54.0, 54.7}) {
-    const auto alpha = SmallestBlockAngle(theta_deg * kDeg);
+    const auto alpha = SmallestBlockAngle(theta_deg * kRadPerDeg);
     ASSERT_TRUE(alpha.ok());
     const Eigen::Vector3d third = Eigen::Vector3d(std::tan(*alpha), std::tan(*alpha), 1).normalized();
     Eigen::Matrix3d normals;
     normals << Eigen::RowVector3d::UnitX(), Eigen::RowVector3d::UnitY(), third.transpose();
     // n . b equal for all three, |b| = 1.
     const Eigen::Vector3d b = normals.fullPivLu().solve(Eigen::Vector3d::Ones());
-    EXPECT_NEAR(std::acos(1 / b.norm()) / kDeg, theta_deg, 1e-6) << theta_deg;
+    EXPECT_NEAR(std::acos(1 / b.norm()) / kRadPerDeg, theta_deg, 1e-6) << theta_deg;
   }
 }
 
 TEST(BlockAngle, IsTheCubesCornerWhereThatIsAllowedAndThePrintedFormulaIsNot) {
-  EXPECT_NEAR(*SmallestBlockAngle(45 * kDeg) / kDeg, 35.264, 1e-3);
+  EXPECT_NEAR(*SmallestBlockAngle(45 * kRadPerDeg) / kRadPerDeg, 35.264, 1e-3);
   EXPECT_NEAR(*SmallestBlockAngle(std::acos(1 / std::sqrt(3.0))), 0, 1e-7);
-  EXPECT_EQ(*SmallestBlockAngle(60 * kDeg), 0);
-  EXPECT_THAT(std::string(SmallestBlockAngle(40 * kDeg).status().message()), HasSubstr("want 45 to 90"));
+  EXPECT_EQ(*SmallestBlockAngle(60 * kRadPerDeg), 0);
+  EXPECT_THAT(std::string(SmallestBlockAngle(40 * kRadPerDeg).status().message()), HasSubstr("want 45 to 90"));
   const auto printed = [](double theta, bool beside) {
     const double phi =
         std::acos(beside ? -std::cos(theta) * std::sqrt(2.0) : -std::cos(theta) / std::sqrt(2.0)) - theta + M_PI / 2;
     return std::atan(std::tan(phi) / std::sqrt(2.0));
   };
-  EXPECT_NEAR(printed(60 * kDeg, false) / kDeg, -30, 0.1);
-  EXPECT_NEAR(printed(50 * kDeg, true), *SmallestBlockAngle(50 * kDeg), 1e-12);
+  EXPECT_NEAR(printed(60 * kRadPerDeg, false) / kRadPerDeg, -30, 0.1);
+  EXPECT_NEAR(printed(50 * kRadPerDeg, true), *SmallestBlockAngle(50 * kRadPerDeg), 1e-12);
 }
 
 // The paper's section 8: a small threshold and a wide range of gamma, and a block near the cube's corner.
@@ -245,7 +245,7 @@ TEST(ConditionNumber, FollowsThePaper) {
   EXPECT_LT(kappa(0.785, 8, 0), kappa(0.785, 8, 10));
   EXPECT_LT(kappa(0.785, 8, 10), kappa(0.785, 8, 30));
   EXPECT_LT(kappa(0.785, 8, 10), kappa(0.785, 4, 10));
-  EXPECT_LT(kappa(54.7 * kDeg, 8, 10), kappa(30 * kDeg, 8, 10));
+  EXPECT_LT(kappa(54.7 * kRadPerDeg, 8, 10), kappa(30 * kRadPerDeg, 8, 10));
 }
 
 // Refusals: what was done to a good set, and what the refusal says.
@@ -378,7 +378,7 @@ TEST(ProbeRefusal, BeyondTheProbesRange) {
 }
 TEST(ProbeRefusal, AnotherBlockByItsAngles) {
   Spoiled s;
-  const ProbeBench other(0.785 + 1.0 * kDeg);
+  const ProbeBench other(0.785 + 1.0 * kRadPerDeg);
   for (int j = 0; j < 3; ++j) s.faces[j].nominal_normal = other.planes[j].drawn;
   EXPECT_THAT(s.Refusal(kUndetermined), AllOf(HasSubstr("another block"), HasSubstr("faces F1 and F2")));
 }
@@ -405,7 +405,7 @@ TEST(ProbeRefusal, UnknownFace) {
 }
 TEST(ProbeRefusal, TooSlantingABeam) {
   Spoiled s;
-  s.bench.options.greatest_approach_angle_rad = 30 * kDeg;
+  s.bench.options.greatest_approach_angle_rad = 30 * kRadPerDeg;
   EXPECT_THAT(s.Refusal(kInvalid), AllOf(HasSubstr("met at 4"), HasSubstr("want at most 30 deg")));
 }
 TEST(ProbeRefusal, TouchedPointsOnALine) {

@@ -9,13 +9,13 @@
 #include <random>
 #include <thread>
 
+#include "metrology/frames/angles.h"
 #include "metrology/kinematics/linear_axes.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 using ::testing::HasSubstr;
-constexpr double kDeg = M_PI / 180;
 
 RotaryAxes Truth() {
   return {{Eigen::Vector3d(1.1e-4, 1, 3e-6).normalized(), {26.63, 54.88, -193.322}},
@@ -33,7 +33,8 @@ std::vector<SpherePose> Poses(const RotaryAxes& axes, double noise_mm, std::mt19
   std::vector<SpherePose> poses;
   for (int a = -60; a <= 60; a += 40)
     for (int b = 0; b < 360; b += 40) {
-      SpherePose pose{a * kDeg, b * kDeg, axes.MachineFromZero(a * kDeg, b * kDeg) * kSphere, poses.size() % 4 == 3};
+      SpherePose pose{a * kRadPerDeg, b * kRadPerDeg, axes.MachineFromZero(a * kRadPerDeg, b * kRadPerDeg) * kSphere,
+                      poses.size() % 4 == 3};
       if (noise_mm > 0) pose.centre_mm += noise_mm * Eigen::Vector3d(noise(*random), noise(*random), noise(*random));
       poses.push_back(pose);
     }
@@ -41,7 +42,7 @@ std::vector<SpherePose> Poses(const RotaryAxes& axes, double noise_mm, std::mt19
 }
 
 // Error in the parameters of the covariance: the truth's lines as tangent coordinates at the lines found.
-Eigen::Matrix<double, 8, 1> ErrorOf(const RotaryAxes& found, const RotaryAxes& truth) {
+Eigen::Matrix<double, 8, 1> ErrorOfAxes(const RotaryAxes& found, const RotaryAxes& truth) {
   Eigen::Matrix<double, 8, 1> error;
   int k = 0;
   for (const auto& [f, t] : {std::pair{found.a, truth.a}, {found.b, truth.b}}) {
@@ -58,7 +59,7 @@ TEST(RotationCalibration, RecoversBothLinesExactlyWithoutNoise) {
   const auto result = CalibrateRotation(Poses(Truth(), 0, nullptr), Nominal());
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_TRUE(result->converged);
-  EXPECT_LT(ErrorOf(result->axes, Truth()).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT(ErrorOfAxes(result->axes, Truth()).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_LT((result->sphere_in_zero_mm - kSphere).norm(), 1e-9);
   EXPECT_LT((result->point_c_mm - Truth().PointC()).norm(), 1e-9);
   EXPECT_LT(result->check_rms_mm, 1e-9);
@@ -132,7 +133,7 @@ TEST(RotationCalibration, ReachesTheBoundWithHonestCoverage) {
     const auto result = CalibrateRotation(poses, options);
     slowest_s = std::max(slowest_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     ASSERT_TRUE(result.ok()) << result.status();
-    const Eigen::Matrix<double, 8, 1> error = ErrorOf(result->axes, Truth());
+    const Eigen::Matrix<double, 8, 1> error = ErrorOfAxes(result->axes, Truth());
     pooled += error.dot(result->covariance.ldlt().solve(error)) / 8 / kSeeds;
     for (int k = 0; k < 8; ++k) {
       const double sigma = std::sqrt(result->covariance(k, k));
@@ -178,8 +179,8 @@ JointChain TiltRotaryTable(const AxisLine& b, const AxisLine& c) {
     joints[i].axis = motions[i].first;
     joints[i].motion = motions[i].second;
   }
-  joints[2].minimum = -110 * kDeg;
-  joints[2].maximum = 110 * kDeg;
+  joints[2].minimum = -110 * kRadPerDeg;
+  joints[2].maximum = 110 * kRadPerDeg;
   return *JointChain::Make(joints, {});
 }
 
@@ -199,12 +200,12 @@ TEST(RotationCalibration, FindsTheAxesOfATiltRotaryTable) {
   for (int b = -90; b <= 90; b += 45)
     for (int c = 0; c < 360; c += 60) {
       Eigen::VectorXd at(4);
-      at << 0, 0, b * kDeg, c * kDeg;
-      poses.push_back({b * kDeg, c * kDeg, real.MachineFromZero(at) * sphere, poses.size() % 5 == 4});
+      at << 0, 0, b * kRadPerDeg, c * kRadPerDeg;
+      poses.push_back({b * kRadPerDeg, c * kRadPerDeg, real.MachineFromZero(at) * sphere, poses.size() % 5 == 4});
     }
   const auto exact = CalibrateRotation(poses, *options);
   ASSERT_TRUE(exact.ok()) << exact.status();
-  EXPECT_LT(ErrorOf(exact->axes, truth).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT(ErrorOfAxes(exact->axes, truth).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_LT(exact->check_rms_mm, 1e-9);
   // Both curves: the record's axes are tens of um off.
   ASSERT_EQ(exact->before_mm.size(), poses.size());
@@ -219,12 +220,12 @@ TEST(RotationCalibration, FindsTheAxesOfATiltRotaryTable) {
     for (SpherePose& p : noisy) p.centre_mm += Eigen::Vector3d(noise(random), noise(random), noise(random));
     const auto result = CalibrateRotation(noisy, *options);
     ASSERT_TRUE(result.ok()) << result.status();
-    const Eigen::Matrix<double, 8, 1> error = ErrorOf(result->axes, truth);
+    const Eigen::Matrix<double, 8, 1> error = ErrorOfAxes(result->axes, truth);
     pooled += error.dot(result->covariance.ldlt().solve(error)) / 8 / kSeeds;
   }
   EXPECT_NEAR(pooled, 1, 0.15);
   std::vector<SpherePose> beyond = poses;
-  beyond[3].a_rad = 111 * kDeg;
+  beyond[3].a_rad = 111 * kRadPerDeg;
   const absl::Status refused = CalibrateRotation(beyond, *options).status();
   EXPECT_EQ(refused.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(refused.message(), "poses[3].B: 111 deg, want -110 to 110 deg, the axis's limits");
@@ -239,9 +240,9 @@ TEST(RotationCalibration, TakesTheAnglesThatTheAxesReached) {
   RotationOptions with = Nominal();
   AngleTable table;
   for (int i = 0; i < 360; ++i) {
-    const double error = 0.012 * kDeg * std::sin(i * kDeg);
-    table.forward_rad.push_back(error + 0.0075 * kDeg);
-    table.backward_rad.push_back(error - 0.0075 * kDeg);
+    const double error = 0.012 * kRadPerDeg * std::sin(i * kRadPerDeg);
+    table.forward_rad.push_back(error + 0.0075 * kRadPerDeg);
+    table.backward_rad.push_back(error - 0.0075 * kRadPerDeg);
   }
   with.joints[0].table = table;
   std::vector<SpherePose> poses = Poses(Truth(), 0, nullptr);
@@ -252,7 +253,7 @@ TEST(RotationCalibration, TakesTheAnglesThatTheAxesReached) {
   }
   const auto compensated = CalibrateRotation(poses, with), plain = CalibrateRotation(poses, Nominal());
   ASSERT_TRUE(compensated.ok() && plain.ok());
-  EXPECT_LT(ErrorOf(compensated->axes, Truth()).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT(ErrorOfAxes(compensated->axes, Truth()).cwiseAbs().maxCoeff(), 1e-9);
   // 0.0075 deg at 70 mm is 9 um.
   EXPECT_GT(plain->check_rms_mm, 3e-3);
 }
@@ -300,7 +301,7 @@ TEST(RotationCalibration, StandardProcedureFindsPointCWithItsUncertainty) {
   few.bore_mm.resize(3);
   EXPECT_THAT(refused(few), HasSubstr("bore_mm: 3 points, want at least 4"));
   for (int i = 0; i < 8; ++i) {
-    const double at = i * 2 * kDeg;
+    const double at = i * 2 * kRadPerDeg;
     arc.bore_mm[static_cast<size_t>(i)] = c + Eigen::Vector3d(12 * std::cos(at), 12 * std::sin(at), -40);
   }
   EXPECT_THAT(refused(arc), HasSubstr("touch the bore all round"));
@@ -390,7 +391,7 @@ TEST(RotationCalibration, FollowsTheLinearAxesAsARefitShows) {
       for (SpherePose& pose : read) pose.centre_mm += kStep * LinearAxesJacobian(pose.centre_mm).col(k);
       const auto moved = fit(read);
       ASSERT_TRUE(moved.ok()) << moved.status();
-      const Eigen::Matrix<double, 8, 1> seen = -ErrorOf(result->axes, moved->axes) / kStep;
+      const Eigen::Matrix<double, 8, 1> seen = -ErrorOfAxes(result->axes, moved->axes) / kStep;
       EXPECT_LT((seen - result->linear_response.col(k)).norm(), 1e-3 * seen.norm() + 1e-3)
           << k << (point_c ? " of Point C" : "") << "\n"
           << seen.transpose() << "\n"

@@ -18,7 +18,7 @@ std::vector<LineScan> TwoScans(const ArtefactBench& bench, double noise_mm, std:
   return {bench.Scan("high", 10, noise_mm, random), bench.Scan("low", -10, noise_mm, random)};
 }
 
-Vector6d ErrorOf(const SensorPose& found, const SensorPose& truth) {
+Vector6d ErrorOfSensor(const SensorPose& found, const SensorPose& truth) {
   Vector6d error;
   error << VectorFromRotation(found.rotation * truth.rotation.transpose()), found.t_sm_mm - truth.t_sm_mm;
   return error;
@@ -38,7 +38,7 @@ TEST(SensorCalibration, RecoversTheTruthExactlyWithoutNoise) {
     ASSERT_TRUE(result.ok()) << turn_deg << ": " << result.status();
     EXPECT_TRUE(result->converged);
     // Rounding of 200 mm coordinates and the iteration's end, a hundredth of a nanometre and below.
-    EXPECT_LT(ErrorOf(result->sensor, bench.sensor).cwiseAbs().maxCoeff(), 1e-8) << turn_deg;
+    EXPECT_LT(ErrorOfSensor(result->sensor, bench.sensor).cwiseAbs().maxCoeff(), 1e-8) << turn_deg;
     for (const CentreResidual& c : result->fitted) EXPECT_LT(c.laser_minus_touch_mm.norm(), 1e-6) << c.feature;
     // A slot's edge lies between two profiles (0.1 mm) and two columns (0.07 mm).
     ASSERT_EQ(result->check.size(), 6u);
@@ -90,7 +90,7 @@ TEST(SensorCalibration, ReachesTheCramerRaoBoundAndReportsIt) {
     const auto result =
         CalibrateSensor(scans, bench.artefact, bench.Touch(bench.touch_noise_mm, &random), OptionsFor(bench));
     ASSERT_TRUE(result.ok()) << result.status();
-    const Vector6d error = ErrorOf(result->sensor, bench.sensor);
+    const Vector6d error = ErrorOfSensor(result->sensor, bench.sensor);
     pooled += whiten.matrixL().solve(error).squaredNorm() / 6 / kSeeds;
     reported += result->sensor.covariance.diagonal().cwiseQuotient(bound.diagonal()).mean() / kSeeds;
     for (int k = 0; k < 6; ++k) covered += std::abs(error(k)) <= 1.96 * std::sqrt(result->sensor.covariance(k, k));
@@ -126,7 +126,7 @@ TEST(SensorCalibration, FollowsTheScannersFieldAsItSays) {
       for (Eigen::Vector3d& p : scan.points_mm) p.z() += kStep_mm * options.field.TermsAt(p.y(), p.z())[k];
     const auto with = CalibrateSensor(moved, bench.artefact, touch, options);
     ASSERT_TRUE(with.ok()) << with.status();
-    const Vector6d change = ErrorOf(with->sensor, without->sensor);
+    const Vector6d change = ErrorOfSensor(with->sensor, without->sensor);
     const Vector6d stated = kStep_mm * without->field_response->col(k);
     const Vector6d off = (change - stated).cwiseQuotient(sigma);
     // Points at the gate come and go: a tenth of the calibration's own uncertainty.
@@ -170,7 +170,7 @@ TEST(SensorCalibration, IsNotMovedByStrayReturnsAndGaps) {
   const auto dirty = CalibrateSensor(scans, bench.artefact, touch, OptionsFor(bench));
   ASSERT_TRUE(clean.ok()) << clean.status();
   ASSERT_TRUE(dirty.ok()) << dirty.status();
-  const Vector6d moved = ErrorOf(dirty->sensor, clean->sensor);
+  const Vector6d moved = ErrorOfSensor(dirty->sensor, clean->sensor);
   // An estimate from 3/4 of the readings differs by sqrt(4/3 - 1) = 0.58 standard deviations; three of those.
   for (int k = 0; k < 6; ++k) EXPECT_LT(std::abs(moved(k)), 1.75 * std::sqrt(clean->sensor.covariance(k, k))) << k;
 }
@@ -181,12 +181,12 @@ TEST(SensorCalibration, SequentialAgreesWithTheTruthWithinItsUncertainty) {
                                                  OptionsFor(bench));
   ASSERT_TRUE(exact.ok()) << exact.status();
   // The paper's angles are plane angles of one line: exact up to products of small angles (0.5 deg squared is 8e-5 rad).
-  EXPECT_LT(ErrorOf(exact->sensor, bench.sensor).head<3>().norm(), 8e-5);
+  EXPECT_LT(ErrorOfSensor(exact->sensor, bench.sensor).head<3>().norm(), 8e-5);
   std::mt19937_64 random(3);
   const auto noisy = CalibrateSensorSequentially(TwoScans(bench, 2e-3, &random), bench.artefact,
                                                  bench.Touch(bench.touch_noise_mm, &random), OptionsFor(bench));
   ASSERT_TRUE(noisy.ok()) << noisy.status();
-  const Vector6d error = ErrorOf(noisy->sensor, bench.sensor);
+  const Vector6d error = ErrorOfSensor(noisy->sensor, bench.sensor);
   for (int k = 0; k < 6; ++k) EXPECT_LT(std::abs(error(k)), 4 * std::sqrt(noisy->sensor.covariance(k, k)) + 1e-5) << k;
 }
 

@@ -9,16 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "tests/metrology/correction/exact_pose.h"
+#include "metrology/frames/angles.h"
+#include "tests/metrology/correction/some_path.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 using nlohmann::json;
-
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kRad = kPi / 180;
-const RotaryLimits kSarix{-100 * kRad, 100 * kRad, -360 * kRad, 360 * kRad};
 
 Eigen::Vector3d Vector(const json& values) {
   return Eigen::Vector3d(values[0].get<double>(), values[1].get<double>(), values[2].get<double>());
@@ -30,7 +27,7 @@ Eigen::Isometry3d Transform(const json& rows) {
   return transform;
 }
 
-struct Case {
+struct GroupCase {
   NominalHoleGroup group;
   RegisteredPose pose = ExactPose(Eigen::Isometry3d::Identity());
   CalibrationCovariance calibrations = CalibrationCovariance::Zero();  // of pose.sources
@@ -40,13 +37,13 @@ struct Case {
 };
 
 // A blade some centimetres from the axes, and covariances of a fair plant, all correlated.
-Case SomeCase(std::uint64_t seed) {
+GroupCase SomeCase(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   const auto vector = [&](double scale) -> Eigen::Vector3d {
     return Eigen::Vector3d(normal(random), normal(random), normal(random)) * scale;
   };
-  Case c;
+  GroupCase c;
   c.axes.a = {Eigen::Vector3d(1e-4, 1, -2e-4).normalized(), {26.63, 54.88, -193.1}};
   c.axes.b = {Eigen::Vector3d(1, -1e-4, 3e-4).normalized(), {26.63, 54.87, -193.11}};
   c.nominal.linear() = RotationFromVector(vector(1));
@@ -73,18 +70,19 @@ Case SomeCase(std::uint64_t seed) {
   c.pose.sources = {SourceOf("calibrations", c.calibrations)};
   ActOnPose(c.sensitivity, &c.pose.sources);
   c.group.name = "G";
-  c.group.nominal = {2 * kRad, 40 * kRad};
+  c.group.nominal = {2 * kRadPerDeg, 40 * kRadPerDeg};
   // Along Z at the nominal pose.
   c.group.axis_in_part = c.nominal.linear().transpose() *
-                         c.axes.MachineFromZero(2 * kRad, 40 * kRad).linear().transpose() * Eigen::Vector3d::UnitZ();
+                         c.axes.MachineFromZero(2 * kRadPerDeg, 40 * kRadPerDeg).linear().transpose() *
+                         Eigen::Vector3d::UnitZ();
   c.group.holes = {{"H1", {1, 2, 3}}, {"H2", {-20, 5, 8}}, {"H3", {12, -30, 1}}};
   return c;
 }
 
 TEST(CorrectGroup, GivesTheNominalWhereTheBladeIsNominal) {
-  Case c = SomeCase(1);
+  GroupCase c = SomeCase(1);
   c.pose.zero_from_part = c.nominal;
-  const auto corrected = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
+  const auto corrected = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kWideLimits);
   ASSERT_TRUE(corrected.ok()) << corrected.status();
   EXPECT_NEAR(corrected->corrected.a_rad, corrected->nominal.a_rad, 1e-12);
   EXPECT_NEAR(corrected->corrected.b_rad, corrected->nominal.b_rad, 1e-12);
@@ -93,15 +91,15 @@ TEST(CorrectGroup, GivesTheNominalWhereTheBladeIsNominal) {
 
 // Where the whole plant (blade and axes) is shifted, the corrected starts are shifted by as much.
 TEST(CorrectGroup, MovesWithTheMachinesOrigin) {
-  Case c = SomeCase(2);
-  const auto before = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
+  GroupCase c = SomeCase(2);
+  const auto before = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kWideLimits);
   const Eigen::Vector3d shift(100, -200, 300);
   c.pose.zero_from_part.translation() += shift;
   c.pose.noise.reference_mm += shift;
   c.nominal.translation() += shift;
   c.axes.a.point_mm += shift;
   c.axes.b.point_mm += shift;
-  const auto after = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
+  const auto after = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kWideLimits);
   ASSERT_TRUE(before.ok() && after.ok());
   EXPECT_NEAR(after->corrected.a_rad, before->corrected.a_rad, 1e-14);
   for (std::size_t i = 0; i < before->holes.size(); ++i) {
@@ -113,8 +111,8 @@ TEST(CorrectGroup, MovesWithTheMachinesOrigin) {
 // What the product claims, against draws of noise and calibration carried through the exact chain.
 TEST(CorrectGroup, StatesUncertaintiesThatDrawsConfirm) {
   for (const std::uint64_t seed : {3, 4}) {
-    const Case c = SomeCase(seed);
-    const auto stated = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
+    const GroupCase c = SomeCase(seed);
+    const auto stated = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kWideLimits);
     ASSERT_TRUE(stated.ok()) << stated.status();
     const Eigen::MatrixXd noise_factor = c.pose.noise.values.llt().matrixL();
     const Eigen::MatrixXd calibration_factor = c.calibrations.topLeftCorner<14, 14>().llt().matrixL();
@@ -134,7 +132,7 @@ TEST(CorrectGroup, StatesUncertaintiesThatDrawsConfirm) {
           Perturbed(c.pose.zero_from_part, c.sensitivity.leftCols<14>() * calibration, c.pose.noise.reference_mm);
       pose = Perturbed(pose, draw(noise_factor), c.pose.noise.reference_mm);
       const RotaryAxes axes = c.axes.Perturbed(calibration.tail<8>());
-      const auto angles = Orient(axes, pose.linear() * c.group.axis_in_part, c.group.nominal, kSarix);
+      const auto angles = Orient(axes, pose.linear() * c.group.axis_in_part, c.group.nominal, kWideLimits);
       ASSERT_TRUE(angles.ok());
       a_squares += std::pow(angles->a_rad - stated->corrected.a_rad, 2);
       b_squares += std::pow(angles->b_rad - stated->corrected.b_rad, 2);
@@ -156,14 +154,14 @@ TEST(CorrectGroup, StatesUncertaintiesThatDrawsConfirm) {
 }
 
 TEST(CorrectGroup, RefusesNamingTheGroup) {
-  Case c = SomeCase(5);
+  GroupCase c = SomeCase(5);
   c.group.axis_in_part = c.pose.zero_from_part.linear().transpose() * c.axes.b.direction;
-  const auto singular = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
+  const auto singular = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kWideLimits);
   EXPECT_EQ(singular.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_NE(std::string(singular.status().message()).find("group G"), std::string::npos);
-  Case bad = SomeCase(5);
+  GroupCase bad = SomeCase(5);
   bad.pose.noise.values(2, 2) = NAN;
-  EXPECT_EQ(CorrectGroup(bad.group, bad.pose, bad.nominal, bad.axes, RotaryAxes(), kSarix).status().code(),
+  EXPECT_EQ(CorrectGroup(bad.group, bad.pose, bad.nominal, bad.axes, RotaryAxes(), kWideLimits).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
 
@@ -184,17 +182,18 @@ TEST(CorrectGroup, ReproducesThePlantsTruth) {
     const json& from = dataset["part"]["hole_groups"][g];
     const json& want = truth["correction"][g];
     ASSERT_EQ(from["name"], want["group"]);
-    NominalHoleGroup group{from["name"],
-                           Vector(from["axis_in_part"]).normalized(),
-                           {from["a_nominal_deg"].get<double>() * kRad, from["b_nominal_deg"].get<double>() * kRad},
-                           {}};
+    NominalHoleGroup group{
+        from["name"],
+        Vector(from["axis_in_part"]).normalized(),
+        {from["a_nominal_deg"].get<double>() * kRadPerDeg, from["b_nominal_deg"].get<double>() * kRadPerDeg},
+        {}};
     for (const json& hole : from["holes"]) group.holes.push_back({hole["name"], Vector(hole["start_in_part_mm"])});
-    const auto corrected = CorrectGroup(group, pose, nominal, axes, RotaryAxes(), kSarix);
+    const auto corrected = CorrectGroup(group, pose, nominal, axes, RotaryAxes(), kWideLimits);
     ASSERT_TRUE(corrected.ok()) << corrected.status();
-    EXPECT_NEAR(corrected->ideal.a_rad / kRad, want["ideal_axes"]["a_deg"].get<double>(), 1e-9);
-    EXPECT_NEAR(corrected->ideal.b_rad / kRad, want["ideal_axes"]["b_deg"].get<double>(), 1e-9);
-    EXPECT_NEAR(corrected->corrected.a_rad / kRad, want["real_axes"]["a_deg"].get<double>(), 1e-9);
-    EXPECT_NEAR(corrected->corrected.b_rad / kRad, want["real_axes"]["b_deg"].get<double>(), 1e-9);
+    EXPECT_NEAR(corrected->ideal.a_rad / kRadPerDeg, want["ideal_axes"]["a_deg"].get<double>(), 1e-9);
+    EXPECT_NEAR(corrected->ideal.b_rad / kRadPerDeg, want["ideal_axes"]["b_deg"].get<double>(), 1e-9);
+    EXPECT_NEAR(corrected->corrected.a_rad / kRadPerDeg, want["real_axes"]["a_deg"].get<double>(), 1e-9);
+    EXPECT_NEAR(corrected->corrected.b_rad / kRadPerDeg, want["real_axes"]["b_deg"].get<double>(), 1e-9);
     for (std::size_t h = 0; h < corrected->holes.size(); ++h, ++holes)
       EXPECT_LT((corrected->holes[h].start_mm - Vector(want["holes"][h]["start_table_mm"])).norm(), 1e-9);
   }
@@ -210,18 +209,17 @@ TEST(CorrectGroup, KeepsCOfAHoleAlongIt) {
   NominalHoleGroup group;
   group.name = "G1";
   group.axis_in_part = Eigen::Vector3d::UnitZ();
-  group.nominal.b_rad = 30 * kRad;
-  group.inclination_tolerance_rad = 0.5 * kRad;  // a quarter: 0.125 deg
+  group.nominal.b_rad = 30 * kRadPerDeg;
+  group.inclination_tolerance_rad = 0.5 * kRadPerDeg;  // a quarter: 0.125 deg
   group.holes = {{"H1", {12, 3, 5}}};
-  const RotaryLimits limits{-100 * kRad, 100 * kRad, -360 * kRad, 360 * kRad};
   RegisteredPose pose = ExactPose(Eigen::Isometry3d::Identity());
-  pose.zero_from_part.linear() = RotationFromVector({0.1 * kRad, 0, 0});
+  pose.zero_from_part.linear() = RotationFromVector({0.1 * kRadPerDeg, 0, 0});
   pose.noise.values = Matrix6d::Identity() * 1e-10;
-  const auto corrected = CorrectGroup(group, pose, Eigen::Isometry3d::Identity(), axes, axes, limits);
+  const auto corrected = CorrectGroup(group, pose, Eigen::Isometry3d::Identity(), axes, axes, kWideLimits);
   ASSERT_TRUE(corrected.ok()) << corrected.status();
   EXPECT_EQ(corrected->corrected.b_rad, group.nominal.b_rad);
-  EXPECT_GT(corrected->tilt_rad, 0.01 * kRad);
-  EXPECT_LE(corrected->tilt_rad, 0.1 * kRad + 1e-12);
+  EXPECT_GT(corrected->tilt_rad, 0.01 * kRadPerDeg);
+  EXPECT_LE(corrected->tilt_rad, 0.1 * kRadPerDeg + 1e-12);
   const Eigen::Vector3d want = axes.MachineFromZero(corrected->corrected.a_rad, corrected->corrected.b_rad) *
                                (pose.zero_from_part * Eigen::Vector3d(12, 3, 5));
   EXPECT_LT((corrected->holes[0].start_mm - want).norm(), 1e-12);
@@ -232,12 +230,12 @@ TEST(CorrectGroup, KeepsCOfAHoleAlongIt) {
 
 // A part that is warm is drilled where it is; what the tool's tip is off by is a part of U of its own.
 TEST(CorrectGroup, DrillsAWarmPartWhereItIsAndCountsTheTool) {
-  Case c = SomeCase(3);
-  const auto at_20 = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix);
+  GroupCase c = SomeCase(3);
+  const auto at_20 = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kWideLimits);
   Drilling drilling;
   drilling.stretch = 1 + 12.5e-6 * 5;
   drilling.tool_offset_mm = 1.5e-3;
-  const auto warm = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kSarix, drilling);
+  const auto warm = CorrectGroup(c.group, c.pose, c.nominal, c.axes, RotaryAxes(), kWideLimits, drilling);
   ASSERT_TRUE(at_20.ok() && warm.ok()) << at_20.status() << warm.status();
   const Eigen::Isometry3d machine_from_zero = c.axes.MachineFromZero(warm->reached.a_rad, warm->reached.b_rad);
   for (std::size_t i = 0; i < c.group.holes.size(); ++i) {

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <random>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
-
-constexpr double kRad = 3.14159265358979323846 / 180;
 
 TriangleMesh BoxMesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
   TriangleMesh mesh;
@@ -121,8 +121,8 @@ TEST(KeepOut, AgreesWithLookingAtAThousandPlaces) {
       std::array<double, 5> at{};
       for (std::size_t axis = 0; axis < 5; ++axis)
         at[axis] = *move.from[axis] + k / 1000.0 * (*move.to[axis] - *move.from[axis]);
-      const Eigen::Vector3d in_part =
-          block.axes.MachineFromZero(at[3] * kRad, at[4] * kRad).inverse() * Eigen::Vector3d(at[0], at[1], at[2]);
+      const Eigen::Vector3d in_part = block.axes.MachineFromZero(at[3] * kRadPerDeg, at[4] * kRadPerDeg).inverse() *
+                                      Eigen::Vector3d(at[0], at[1], at[2]);
       least_mm = std::min(least_mm, std::abs(block.surface->Closest(in_part).signed_distance_mm));
     }
     const auto check = CheckKeepOut({move}, block.targets, block.part, 0.5, nullptr);

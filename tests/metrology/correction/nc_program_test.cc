@@ -9,13 +9,13 @@
 namespace sixpoint::metrology {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
-const std::map<std::string, NcTarget> kTargets = {{"G1/H1", {202.42981234, -68.05114, 12.3456789, 0.9585, 55.76411}},
-                                                  {"G1/H2", {1, 2, 3, -0.00001, 5}}};
+const std::map<std::string, NcTarget> kTwoHoles = {{"G1/H1", {202.42981234, -68.05114, 12.3456789, 0.9585, 55.76411}},
+                                                   {"G1/H2", {1, 2, 3, -0.00001, 5}}};
 
 std::string Replaced(const std::string& text) {
-  const auto result = ReplaceCoordinates(text, kTargets);
+  const auto result = ReplaceCoordinates(text, kTwoHoles);
   return result.ok() ? *result : "refused: " + std::string(result.status().message());
 }
 
@@ -42,10 +42,10 @@ TEST(NcProgram, KeepsEveryOtherByte) {
 }
 
 TEST(NcProgram, WritesTheMachinesLetters) {
-  const auto written = ReplaceCoordinates("X1 A5 B1 C2 (SIXPOINT G1/H1)", kTargets, {'B', 'C'});
+  const auto written = ReplaceCoordinates("X1 A5 B1 C2 (SIXPOINT G1/H1)", kTwoHoles, {'B', 'C'});
   ASSERT_TRUE(written.ok()) << written.status();
   EXPECT_EQ(*written, "X202.4298 A5 B0.9585 C55.7641 (SIXPOINT G1/H1)");
-  EXPECT_THAT(std::string(ReplaceCoordinates("A5 (SIXPOINT G1/H1)", kTargets, {'B', 'C'}).status().message()),
+  EXPECT_THAT(std::string(ReplaceCoordinates("A5 (SIXPOINT G1/H1)", kTwoHoles, {'B', 'C'}).status().message()),
               HasSubstr("at least one of the words X Y Z B C in"));
 }
 

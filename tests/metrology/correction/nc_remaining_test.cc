@@ -41,7 +41,7 @@ std::string Words(const NcTarget& t, const char* letters) {
   return words;
 }
 
-std::string Drill() {
+std::string DrillOfSixHoles() {
   std::string program = "%\nO0100\nG21 G90\nS9000 M3\nG0 Z100\n", group;
   for (const auto& [name, t] : SixHoles()) {
     const std::string mark = "(SIXPOINT " + name + ")\n";
@@ -54,7 +54,7 @@ std::string Drill() {
   return program + "G0 Z100\nM5\nM30\n%\n";
 }
 
-std::string Laser() {
+std::string LaserOfSixHoles() {
   std::string program = "G90 G21\n";
   for (const auto& [name, t] : SixHoles())
     program += "G0 Z50\n" + Words(t, "ABXY") + "(SIXPOINT " + name + ")\nG1 " + Words(t, "Z") + "F200 (SIXPOINT " +
@@ -90,13 +90,13 @@ void EveryPartIsProven(const std::string& program) {
   }
 }
 
-TEST(NcRemaining, EveryPartOfADrillsProgramIsProven) { EveryPartIsProven(Drill()); }
-TEST(NcRemaining, EveryPartOfALasersProgramIsProven) { EveryPartIsProven(Laser()); }
+TEST(NcRemaining, EveryPartOfADrillsProgramIsProven) { EveryPartIsProven(DrillOfSixHoles()); }
+TEST(NcRemaining, EveryPartOfALasersProgramIsProven) { EveryPartIsProven(LaserOfSixHoles()); }
 
 TEST(NcRemaining, WithoutCutsItIsTheProgram) {
-  const auto remaining = LeaveOut(Drill(), {}, {'A', 'B'}, {});
+  const auto remaining = LeaveOut(DrillOfSixHoles(), {}, {'A', 'B'}, {});
   ASSERT_TRUE(remaining.ok()) << remaining.status();
-  EXPECT_EQ(remaining->program, Drill());
+  EXPECT_EQ(remaining->program, DrillOfSixHoles());
 }
 
 std::string Refusal(const std::string& program, const std::string& cut) {
@@ -161,7 +161,7 @@ TEST(NcRemaining, WhatStaysDoesWhatItDid) {
   std::mt19937_64 random(5);
   int divided = 0;
   for (int i = 0; i < 2000; ++i) {
-    std::vector<NcLine> lines = LinesOf(i % 2 == 0 ? Drill() : Laser());
+    std::vector<NcLine> lines = LinesOf(i % 2 == 0 ? DrillOfSixHoles() : LaserOfSixHoles());
     for (int k = 0; k < 2; ++k) {
       const std::size_t at = random() % lines.size(), to = random() % lines.size();
       if (random() % 2 == 0)

@@ -5,14 +5,13 @@
 #include <cmath>
 #include <random>
 
+#include "metrology/frames/angles.h"
 #include "metrology/kinematics/chain_solver.h"
+#include "tests/metrology/correction/some_path.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kRad = kPi / 180;
-const RotaryLimits kSarix{-100 * kRad, 100 * kRad, -360 * kRad, 360 * kRad};
 const RotaryLimits kWide{-2 * kPi, 2 * kPi, -2 * kPi, 2 * kPi};
 
 Eigen::Matrix3d Ry(double a) { return Eigen::AngleAxisd(a, Eigen::Vector3d::UnitY()).toRotationMatrix(); }
@@ -83,48 +82,48 @@ TEST(Orient, SolvesATiltRotaryTable) {
 // (docs/methods/correction.md, figures).
 TEST(Orient, ReproducesThePublishedPoses) {
   for (const auto& [a_deg, b_deg] : {std::pair{0.0, 55.0}, {0.9585, 55.7641}, {0.9513, 55.7212}}) {
-    const Eigen::Vector3d v = Rx(-b_deg * kRad) * Ry(-a_deg * kRad) * Eigen::Vector3d::UnitZ();
-    const RotaryAngles nominal{0, 55 * kRad};
-    const auto angles = Orient(RotaryAxes(), v, nominal, kSarix);
+    const Eigen::Vector3d v = Rx(-b_deg * kRadPerDeg) * Ry(-a_deg * kRadPerDeg) * Eigen::Vector3d::UnitZ();
+    const RotaryAngles nominal{0, 55 * kRadPerDeg};
+    const auto angles = Orient(RotaryAxes(), v, nominal, kWideLimits);
     ASSERT_TRUE(angles.ok());
-    EXPECT_NEAR(angles->a_rad / kRad, a_deg, 1e-9);
-    EXPECT_NEAR(angles->b_rad / kRad, b_deg, 1e-9);
+    EXPECT_NEAR(angles->a_rad / kRadPerDeg, a_deg, 1e-9);
+    EXPECT_NEAR(angles->b_rad / kRadPerDeg, b_deg, 1e-9);
   }
 }
 
 TEST(Orient, TakesTheBranchNearestToTheNominal) {
-  const Eigen::Vector3d v = Rx(-40 * kRad) * Ry(-20 * kRad) * Eigen::Vector3d::UnitZ();
-  const RotaryLimits limits{-170 * kRad, 170 * kRad, -360 * kRad, 360 * kRad};
+  const Eigen::Vector3d v = Rx(-40 * kRadPerDeg) * Ry(-20 * kRadPerDeg) * Eigen::Vector3d::UnitZ();
+  const RotaryLimits limits{-170 * kRadPerDeg, 170 * kRadPerDeg, -360 * kRadPerDeg, 360 * kRadPerDeg};
   // The other branch: B + 180 deg, A mirrored about 90 deg.
-  const auto near = Orient(RotaryAxes(), v, {20 * kRad, 35 * kRad}, limits);
-  const auto far = Orient(RotaryAxes(), v, {150 * kRad, 215 * kRad}, limits);
+  const auto near = Orient(RotaryAxes(), v, {20 * kRadPerDeg, 35 * kRadPerDeg}, limits);
+  const auto far = Orient(RotaryAxes(), v, {150 * kRadPerDeg, 215 * kRadPerDeg}, limits);
   ASSERT_TRUE(near.ok() && far.ok());
-  EXPECT_NEAR(near->a_rad / kRad, 20, 1e-9);
-  EXPECT_NEAR(near->b_rad / kRad, 40, 1e-9);
-  EXPECT_NEAR(far->a_rad / kRad, 160, 1e-9);
-  EXPECT_NEAR(far->b_rad / kRad, 220, 1e-9);
+  EXPECT_NEAR(near->a_rad / kRadPerDeg, 20, 1e-9);
+  EXPECT_NEAR(near->b_rad / kRadPerDeg, 40, 1e-9);
+  EXPECT_NEAR(far->a_rad / kRadPerDeg, 160, 1e-9);
+  EXPECT_NEAR(far->b_rad / kRadPerDeg, 220, 1e-9);
 }
 
 TEST(Orient, TakesTheWholeTurnNearestToTheNominal) {
-  const Eigen::Vector3d v = Rx(10 * kRad) * Eigen::Vector3d::UnitZ();  // B = -10 or 350 deg
-  EXPECT_NEAR(Orient(RotaryAxes(), v, {0, 0}, kSarix)->b_rad / kRad, -10, 1e-9);
-  EXPECT_NEAR(Orient(RotaryAxes(), v, {0, 340 * kRad}, kSarix)->b_rad / kRad, 350, 1e-9);
+  const Eigen::Vector3d v = Rx(10 * kRadPerDeg) * Eigen::Vector3d::UnitZ();  // B = -10 or 350 deg
+  EXPECT_NEAR(Orient(RotaryAxes(), v, {0, 0}, kWideLimits)->b_rad / kRadPerDeg, -10, 1e-9);
+  EXPECT_NEAR(Orient(RotaryAxes(), v, {0, 340 * kRadPerDeg}, kWideLimits)->b_rad / kRadPerDeg, 350, 1e-9);
 }
 
 TEST(Orient, LeavesTheNearestBranchWhenALimitForbidsIt) {
-  const Eigen::Vector3d v = Rx(-40 * kRad) * Ry(-20 * kRad) * Eigen::Vector3d::UnitZ();
-  const RotaryLimits only_far{90 * kRad, 170 * kRad, -360 * kRad, 360 * kRad};
-  EXPECT_NEAR(Orient(RotaryAxes(), v, {20 * kRad, 40 * kRad}, only_far)->a_rad / kRad, 160, 1e-9);
+  const Eigen::Vector3d v = Rx(-40 * kRadPerDeg) * Ry(-20 * kRadPerDeg) * Eigen::Vector3d::UnitZ();
+  const RotaryLimits only_far{90 * kRadPerDeg, 170 * kRadPerDeg, -360 * kRadPerDeg, 360 * kRadPerDeg};
+  EXPECT_NEAR(Orient(RotaryAxes(), v, {20 * kRadPerDeg, 40 * kRadPerDeg}, only_far)->a_rad / kRadPerDeg, 160, 1e-9);
 }
 
 TEST(Orient, RefusesWhatNoBranchReachesWithinTheLimits) {
-  const Eigen::Vector3d v = Rx(-40 * kRad) * Ry(-20 * kRad) * Eigen::Vector3d::UnitZ();
-  const RotaryLimits narrow{-10 * kRad, 10 * kRad, -360 * kRad, 360 * kRad};
+  const Eigen::Vector3d v = Rx(-40 * kRadPerDeg) * Ry(-20 * kRadPerDeg) * Eigen::Vector3d::UnitZ();
+  const RotaryLimits narrow{-10 * kRadPerDeg, 10 * kRadPerDeg, -360 * kRadPerDeg, 360 * kRadPerDeg};
   const auto solved = Orient(RotaryAxes(), v, {}, narrow);
   EXPECT_EQ(solved.status().code(), absl::StatusCode::kOutOfRange);
   EXPECT_NE(std::string(solved.status().message()).find("20.0"), std::string::npos) << solved.status();
   // A limit that is met exactly is met.
-  const RotaryLimits exact{-20 * kRad, 20 * kRad, 0, 40 * kRad};
+  const RotaryLimits exact{-20 * kRadPerDeg, 20 * kRadPerDeg, 0, 40 * kRadPerDeg};
   EXPECT_TRUE(Orient(RotaryAxes(), v, {}, exact).ok());
 }
 
@@ -146,13 +145,13 @@ RotaryAxes TiltRotaryTable() {
   return axes;
 }
 Eigen::Vector3d OffC(double tilt_deg, double azimuth_deg) {
-  const double t = tilt_deg * kRad, z = azimuth_deg * kRad;
+  const double t = tilt_deg * kRadPerDeg, z = azimuth_deg * kRadPerDeg;
   return {std::sin(t) * std::cos(z), std::sin(t) * std::sin(z), std::cos(t)};
 }
 
 TEST(OrientNearC, KeepsCWhereItIsFree) {
-  const RotaryAngles nominal{0, 130 * kRad};
-  const auto angles = Orient(TiltRotaryTable(), Eigen::Vector3d::UnitZ(), nominal, kWide, 0.1 * kRad);
+  const RotaryAngles nominal{0, 130 * kRadPerDeg};
+  const auto angles = Orient(TiltRotaryTable(), Eigen::Vector3d::UnitZ(), nominal, kWide, 0.1 * kRadPerDeg);
   ASSERT_TRUE(angles.ok()) << angles.status();
   EXPECT_EQ(angles->b_rad, nominal.b_rad);
   EXPECT_NEAR(angles->a_rad, 0, 1e-15);
@@ -161,15 +160,15 @@ TEST(OrientNearC, KeepsCWhereItIsFree) {
 
 // The exact answer swings C by whatever the azimuth is; of a tilt that is allowed it stays, and B takes its share.
 TEST(OrientNearC, DoesNotSwingForATenthOfADegree) {
-  const RotaryAngles nominal{0, 20 * kRad};
+  const RotaryAngles nominal{0, 20 * kRadPerDeg};
   for (int azimuth = 0; azimuth < 360; azimuth += 15) {
     const Eigen::Vector3d v = OffC(0.1, azimuth);
     const auto exact = Orient(TiltRotaryTable(), v, nominal, kWide);
-    const auto angles = Orient(TiltRotaryTable(), v, nominal, kWide, 0.15 * kRad);
+    const auto angles = Orient(TiltRotaryTable(), v, nominal, kWide, 0.15 * kRadPerDeg);
     ASSERT_TRUE(angles.ok()) << angles.status();
     EXPECT_LE(std::abs(angles->b_rad - nominal.b_rad), kLongSwing_rad + 1e-12) << azimuth;
     // What B alone leaves: the part of the tilt across its plane.
-    const double left = 0.1 * kRad * std::abs(std::sin((azimuth + 20) * kRad));
+    const double left = 0.1 * kRadPerDeg * std::abs(std::sin((azimuth + 20) * kRadPerDeg));
     const double tilt = TiltOf(TiltRotaryTable(), v, *angles);
     EXPECT_LE(tilt, left + 1e-9);
     if (exact.ok() && std::abs(exact->b_rad - nominal.b_rad) > kLongSwing_rad) {
@@ -183,14 +182,14 @@ TEST(OrientNearC, SwingsNoFartherThanTheAllowedTiltAsks) {
   const RotaryAngles nominal{0, 0};
   for (const int azimuth : {40, 60, 90, 120, -75}) {
     const Eigen::Vector3d v = OffC(1, azimuth);
-    const double allowed = 0.2 * kRad;
+    const double allowed = 0.2 * kRadPerDeg;
     const auto exact = Orient(TiltRotaryTable(), v, nominal, kWide);
     const auto angles = Orient(TiltRotaryTable(), v, nominal, kWide, allowed);
     ASSERT_TRUE(exact.ok() && angles.ok());
     EXPECT_NEAR(TiltOf(TiltRotaryTable(), v, *exact), 0, 1e-12);
     EXPECT_NEAR(TiltOf(TiltRotaryTable(), v, *angles), allowed, 1e-9);
     // sin(swing that is left) = allowed / tilt.
-    EXPECT_NEAR(std::abs(exact->b_rad - angles->b_rad) / kRad, 11.54, 0.02) << azimuth;
+    EXPECT_NEAR(std::abs(exact->b_rad - angles->b_rad) / kRadPerDeg, 11.54, 0.02) << azimuth;
     EXPECT_LT(std::abs(angles->b_rad), std::abs(exact->b_rad));
   }
 }
@@ -200,7 +199,7 @@ TEST(OrientNearC, IsExactElsewhere) {
   for (const auto& [tilt, azimuth] : {std::pair(1.0, 2.0), {6.0, 90.0}, {40.0, 170.0}}) {
     const Eigen::Vector3d v = OffC(tilt, azimuth);
     const auto exact = Orient(TiltRotaryTable(), v, {}, kWide),
-               allowed = Orient(TiltRotaryTable(), v, {}, kWide, 0.2 * kRad);
+               allowed = Orient(TiltRotaryTable(), v, {}, kWide, 0.2 * kRadPerDeg);
     ASSERT_TRUE(exact.ok() && allowed.ok());
     EXPECT_EQ(exact->a_rad, allowed->a_rad);
     EXPECT_EQ(exact->b_rad, allowed->b_rad);
@@ -236,7 +235,7 @@ TEST(OrientNearC, IsWhatTheChainSolverAnswers) {
   for (int i = 0; i < 2000; ++i) {
     const Eigen::Vector3d v = OffC(std::pow(10, log10_tilt_deg(random)), azimuth_deg(random));
     const RotaryAngles nominal{near(random), near(random)};
-    const double allowed = 0.1 * kRad;
+    const double allowed = 0.1 * kRadPerDeg;
     const auto angles = Orient(axes, v, nominal, {-free, free, -free, free}, allowed);
     Eigen::VectorXd commanded = Eigen::VectorXd::Zero(5);
     commanded.head<2>() << nominal.a_rad, nominal.b_rad;
@@ -252,9 +251,10 @@ TEST(OrientNearC, IsWhatTheChainSolverAnswers) {
 
 TEST(OrientNearC, KeepsTheLimits) {
   RotaryLimits limits = kWide;
-  limits.a_minimum_rad = 10 * kRad;  // B cannot stand at 0
-  limits.a_maximum_rad = 20 * kRad;
-  EXPECT_FALSE(Orient(TiltRotaryTable(), Eigen::Vector3d::UnitZ(), {12 * kRad, 0}, limits, 0.1 * kRad).ok());
+  limits.a_minimum_rad = 10 * kRadPerDeg;  // B cannot stand at 0
+  limits.a_maximum_rad = 20 * kRadPerDeg;
+  EXPECT_FALSE(
+      Orient(TiltRotaryTable(), Eigen::Vector3d::UnitZ(), {12 * kRadPerDeg, 0}, limits, 0.1 * kRadPerDeg).ok());
 }
 
 TEST(Orient, SaysSingularWhenAnAxisIsAlongZOrBothAreParallel) {

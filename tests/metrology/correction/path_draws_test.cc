@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "metrology/frames/angles.h"
 #include "tests/metrology/correction/some_path.h"
 
 namespace sixpoint::metrology {
@@ -44,7 +45,7 @@ class LedPath : public ::testing::Test {
  protected:
   LedPath() : pose_(Noisy(Eigen::Isometry3d::Identity(), 1e-10)) {
     path_.name = "F2";
-    path_.inclination_tolerance_rad = 1 * kPathRad;
+    path_.inclination_tolerance_rad = 1 * kRadPerDeg;
     for (const double lean : {-0.15, -0.1, -0.03, 0.0, 0.08, 0.13})
       path_.poses.push_back({{4 * lean + 30, 0, 0}, Eigen::Vector3d(lean, 1e-3, 1).normalized()});
     axes_.a = {Eigen::Vector3d::UnitY(), {0, 0, -50}};

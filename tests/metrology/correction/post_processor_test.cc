@@ -15,6 +15,8 @@
 #include "metrology/correction/nc_program.h"
 #include "metrology/correction/nc_proof.h"
 #include "metrology/correction/nc_remaining.h"
+#include "metrology/frames/angles.h"
+#include "tests/metrology/correction/changed_text.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -22,15 +24,13 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr double kRad = 3.14159265358979323846 / 180;
-
 // Two holes, then a path of four poses.
 std::vector<PostOperation> Operations() {
   PostOperation drill{"OP10", 3, 20.5, 0.4, 60, {{"G1", "H1", 6}, {"G1", "H2", 6.25}}, {}};
   PostOperation shape{"OP20", 4, 5, 0.4, 60, {}, {{"F1", 4}}};
   return {drill, shape};
 }
-std::map<std::string, NcTarget> Targets() {
+std::map<std::string, NcTarget> TargetsOfPost() {
   std::map<std::string, NcTarget> targets = {{"G1/H1", {10.1234, 5.2345, -12.4321, 1.9123, -40.2468}},
                                              {"G1/H2", {-3.5234, 8.1345, -20.1321, 1.9123, -40.2468}}};
   for (int k = 1; k <= 4; ++k)
@@ -90,37 +90,31 @@ std::string Template(const PostProcessor& post) {
   EXPECT_TRUE(written.ok()) << written.status();
   return written.ok() ? *written : "";
 }
-std::string Program(const PostProcessor& post, const std::map<std::string, NcTarget>& targets = Targets()) {
+std::string Program(const PostProcessor& post, const std::map<std::string, NcTarget>& targets = TargetsOfPost()) {
   const auto program = ReplaceCoordinates(Template(post), targets, {'A', 'B'}, FrameOf(post));
   EXPECT_TRUE(program.ok()) << program.status() << "\n" << Template(post);
   return program.ok() ? *program : "";
 }
 // By axes that the record does not know: what the control does with its own is compared where the blade stands.
-std::string Proven(const PostProcessor& post, const std::string& program,
-                   const std::map<std::string, NcTarget>& targets = Targets()) {
+std::string ProvenPost(const PostProcessor& post, const std::string& program,
+                       const std::map<std::string, NcTarget>& targets = TargetsOfPost()) {
   const auto moves = ReadNcProgram(program, {'A', 'B'}, FrameOf(post));
   if (!moves.ok()) return "not read: " + std::string(moves.status().message());
   const auto proof = ProveProgram(*moves, targets, RotaryAxes());
   return proof.ok() ? "proven" : "not proven: " + std::string(proof.status().message());
 }
-std::string With(std::string text, const std::string& what, const std::string& by) {
-  const std::size_t at = text.find(what);
-  EXPECT_NE(at, std::string::npos) << what << " in\n" << text;
-  return at == std::string::npos ? text : text.replace(at, what.size(), by);
-}
-
 TEST(PostProcessor, WritesWhatItsSectionsSay) {
   EXPECT_EQ(Template(Plain()).substr(0, Template(Plain()).find("(SIXPOINT G1/H2)")),
             "%\nG21 G90 G0 Z100\n"
             "(operation OP10, electrode 0.4 by 60)\nT3 M6\nG0 Z50\n"
             "G0 G90 A0.0000 B0.0000 (SIXPOINT G1/H1)\nG0 X0.0000 Y0.0000 (SIXPOINT G1/H1)\n"
             "G1 Z0.0000 F20.5 (SIXPOINT G1/H1)\nG91 Z-6\nG90 G0 Z50\nG0 G90 A0.0000 B0.0000 ");
-  EXPECT_EQ(Proven(Plain(), Program(Plain())), "proven");
+  EXPECT_EQ(ProvenPost(Plain(), Program(Plain())), "proven");
   const std::string other = Program(WithDirections());
   EXPECT_THAT(other, HasSubstr("; written by a post-processor\nN10 G71 G90 G0 Z100\nN20 T3 M6\nN30 G0 Z50\n"
                                "N40 G0 G90 C1=1.9123 B-40.2468 ; SIXPOINT G1/H1\n"));
   EXPECT_THAT(other, HasSubstr("TRAORI(1)\nN200 ORIWKS ORIVECT\nN210 G1 X"));
-  EXPECT_EQ(Proven(WithDirections(), other), "proven");
+  EXPECT_EQ(ProvenPost(WithDirections(), other), "proven");
 }
 
 // Within a hole or a path, never across them: another blade's program is the same without the holes that were cut.
@@ -132,7 +126,7 @@ TEST(PostProcessor, LeavesOutWhatIsInForce) {
                                  "G1 Z-12.4321 F20.5 (SIXPOINT G1/H1)\nG91 Z-6\nG90 G0 Z50\nG0 G90 A1.9123"));
   // Each pose of a path says its own axes, whatever they are called.
   EXPECT_THAT(program, HasSubstr("\nX21.1234 Y4.4345 Z-11.5321 A25.9123 B-39.6468 (SIXPOINT F1/2)\nX21.6234 "));
-  EXPECT_EQ(Proven(post, program), "proven");
+  EXPECT_EQ(ProvenPost(post, program), "proven");
   // Z is another one after steps and after a value of the section's own.
   post.hole = "G0 G90 {a} {b} {x} {y}\nG1 {z} F{feed}\nG91 Z-1\nG90 {z}\nG0 Z50\n{z}\n{x}\nZ50";
   EXPECT_THAT(Program(post), HasSubstr("G91 Z-1\nG90 Z-12.4321 (SIXPOINT G1/H1)\nG0 Z50\nZ-12.4321 (SIXPOINT "
@@ -157,7 +151,7 @@ TEST(PostProcessor, IsProvenInManyStyles) {
          {&post.program_start, &post.operation_start, &post.hole, &post.path_end, &post.program_end, &post.path_start})
       *section = std::regex_replace(*section, std::regex("Z(-|1|5|\\{)"),
                                     post.axis_words[2] + (post.axis_words[2] == "Z1" ? "=$1" : "$1"));
-    std::map<std::string, NcTarget> targets = Targets();
+    std::map<std::string, NcTarget> targets = TargetsOfPost();
     const double a_deg = angle(), b_deg = angle();
     // Away from where the first axis would be free: there no direction says its angle.
     const double path_b_deg = std::copysign(10 + std::abs(angle()) / 2, angle());
@@ -167,7 +161,7 @@ TEST(PostProcessor, IsProvenInManyStyles) {
       target.b_deg = target.number > 0 ? path_b_deg + 0.7 * target.number : b_deg;
     }
     const std::string program = Program(post, targets);
-    ASSERT_EQ(Proven(post, program, targets), "proven") << program;
+    ASSERT_EQ(ProvenPost(post, program, targets), "proven") << program;
     std::set<std::string> cut;
     if (draw(0, 1) == 1) cut.insert(draw(0, 1) == 1 ? "G1/H1" : "G1/H2");
     if (draw(0, 1) == 1)
@@ -176,7 +170,7 @@ TEST(PostProcessor, IsProvenInManyStyles) {
     ASSERT_TRUE(left.ok()) << left.status() << "\n" << program;
     for (const std::string& name : cut) targets.erase(name);
     if (targets.empty()) continue;
-    EXPECT_EQ(Proven(post, left->program, targets), "proven") << left->program;
+    EXPECT_EQ(ProvenPost(post, left->program, targets), "proven") << left->program;
   }
 }
 
@@ -187,13 +181,13 @@ TEST(PostProcessor, DirectionsAreWhatAControlMakesTheTargetsOf) {
   const auto turn = [](const AxisLine& line, double deg, const Eigen::Vector3d& p) -> Eigen::Vector3d {
     // Rodrigues, by hand.
     const Eigen::Vector3d r = p - line.point_mm, k = line.direction;
-    const double c = std::cos(deg * kRad), s = std::sin(deg * kRad);
+    const double c = std::cos(deg * kRadPerDeg), s = std::sin(deg * kRadPerDeg);
     return line.point_mm + c * r + s * k.cross(r) + (1 - c) * k.dot(r) * k;
   };
   const auto stands = [&](const Eigen::Vector3d& p, double a, double b) { return turn(axes.a, a, turn(axes.b, b, p)); };
   std::istringstream lines(Program(post));
   std::string line;
-  double a = Targets().at("F1/1").a_deg, b = Targets().at("F1/1").b_deg;
+  double a = TargetsOfPost().at("F1/1").a_deg, b = TargetsOfPost().at("F1/1").b_deg;
   int found = 0;
   const std::regex pose(
       "X([-.0-9]+) Y([-.0-9]+) Z([-.0-9]+) A3=([-.0-9]+) B3=([-.0-9]+) C3=([-.0-9]+) .*SIXPOINT (F1/[0-9])");
@@ -215,7 +209,7 @@ TEST(PostProcessor, DirectionsAreWhatAControlMakesTheTargetsOf) {
              std::vector<std::pair<double, double>>{{step, 0}, {-step, 0}, {0, step}, {0, -step}})
           if (beside(a + da, b + db) < beside(a, b)) a += da, b += db, better = true;
       }
-    const NcTarget& target = Targets().at(said[7]);
+    const NcTarget& target = TargetsOfPost().at(said[7]);
     EXPECT_NEAR(a, target.a_deg, 1e-5) << line;
     EXPECT_NEAR(b, target.b_deg, 1e-5) << line;
     EXPECT_LT(
@@ -229,7 +223,7 @@ TEST(PostProcessor, DirectionsAreRefusedWhereAControlMayTakeThemOtherwise) {
   const PostProcessor post = WithDirections();
   const std::string program = Program(post);
   const auto spoilt = [&](const std::string& what, const std::string& by) {
-    return Proven(post, With(program, what, by));
+    return ProvenPost(post, With(program, what, by));
   };
   EXPECT_THAT(spoilt("TRAORI(1)", "TRAORI(2)"), HasSubstr("TRAORI(1)"));
   EXPECT_THAT(spoilt("TRAORI(1)", "G0"), HasSubstr("not read"));
@@ -241,33 +235,33 @@ TEST(PostProcessor, DirectionsAreRefusedWhereAControlMayTakeThemOtherwise) {
   EXPECT_THAT(spoilt(" " + value, ""), HasSubstr("in one block"));
   EXPECT_THAT(spoilt(value, "C3=0.2"), HasSubstr("of length 1"));
   EXPECT_THAT(spoilt(" " + value, " " + value + " B1"), HasSubstr("no rotary axis"));
-  EXPECT_THAT(Proven(post, std::regex_replace(program, std::regex("G1 (X[^;]*A3=)"), "G0 $1")),
+  EXPECT_THAT(ProvenPost(post, std::regex_replace(program, std::regex("G1 (X[^;]*A3=)"), "G0 $1")),
               HasSubstr("no G0 while"));
   // A point of the part that is another one by 0.01 mm, and a direction that is by 0.001 deg.
   EXPECT_THAT(
-      Proven(post, std::regex_replace(program, std::regex("(X[-0-9]+\\.[0-9])[0-9]([0-9]+ Y[-.0-9]+ Z[-.0-9]+ A3)"),
-                                      "$01"
-                                      "0$2")),
+      ProvenPost(post, std::regex_replace(program, std::regex("(X[-0-9]+\\.[0-9])[0-9]([0-9]+ Y[-.0-9]+ Z[-.0-9]+ A3)"),
+                                          "$01"
+                                          "0$2")),
       HasSubstr("cuts away from F1/"));
-  EXPECT_THAT(Proven(post, std::regex_replace(program, std::regex("A3=(-?0\\.[0-9]{4})[0-9]"),
-                                              "A3=$01"
-                                              "0")),
+  EXPECT_THAT(ProvenPost(post, std::regex_replace(program, std::regex("A3=(-?0\\.[0-9]{4})[0-9]"),
+                                                  "A3=$01"
+                                                  "0")),
               HasSubstr("cuts away from F1/"));
   // Nobody said whose transformation it is.
   NcFrame nobodys = FrameOf(post);
   nobodys.transformation.reset();
   EXPECT_FALSE(ReadNcProgram(program, {'A', 'B'}, nobodys).ok());
-  EXPECT_THAT(ReplaceCoordinates(Template(post), Targets(), {'A', 'B'}, nobodys).status().message(),
+  EXPECT_THAT(ReplaceCoordinates(Template(post), TargetsOfPost(), {'A', 'B'}, nobodys).status().message(),
               HasSubstr("TRAORI"));
   // Not from pose to pose, but to a hole.
   PostProcessor to_hole = post;
   to_hole.path_start = With(to_hole.path_start, "\nTRAORI(1)\nORIWKS ORIVECT", "");
   to_hole.path_pose = "TRAORI\nORIWKS\nG1 {x} {y} {z} {v} F{feed}\nTRAFOOF";
-  EXPECT_EQ(Proven(to_hole, Program(to_hole)), "proven");
-  EXPECT_THAT(Proven(post, With(program, "TRAFOOF", "G1 X1 Y2 Z3 A3=0 B3=0 C3=1 ; SIXPOINT G1/H1")),
+  EXPECT_EQ(ProvenPost(to_hole, Program(to_hole)), "proven");
+  EXPECT_THAT(ProvenPost(post, With(program, "TRAFOOF", "G1 X1 Y2 Z3 A3=0 B3=0 C3=1 ; SIXPOINT G1/H1")),
               Not(HasSubstr("not proven: not")));
-  EXPECT_THAT(Proven(post, With(program, "TRAFOOF", "G1 X1 Y2 Z3 A3=0 B3=0 C3=1 ; SIXPOINT G1/H1")),
-              Not(testing::Eq("proven")));
+  EXPECT_THAT(ProvenPost(post, With(program, "TRAFOOF", "G1 X1 Y2 Z3 A3=0 B3=0 C3=1 ; SIXPOINT G1/H1")),
+              Not(::testing::Eq("proven")));
 }
 
 // An axis of the record that is beside the identified one leaves nothing: the commands are the same.
@@ -278,7 +272,7 @@ TEST(PostProcessor, AControlOfOtherAxesIsFoundByTheProof) {
   other.transformation->b.point_mm.z() += 0.02;
   const auto moves = ReadNcProgram(program, {'A', 'B'}, other);
   ASSERT_TRUE(moves.ok()) << moves.status();
-  EXPECT_THAT(ProveProgram(*moves, Targets(), RotaryAxes()).status().message(), HasSubstr("cuts away from F1/2"));
+  EXPECT_THAT(ProveProgram(*moves, TargetsOfPost(), RotaryAxes()).status().message(), HasSubstr("cuts away from F1/2"));
 }
 
 TEST(PostProcessor, RefusesWhatItCannotHave) {

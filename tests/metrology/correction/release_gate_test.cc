@@ -5,17 +5,17 @@
 
 #include <limits>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
 
 using ::testing::ElementsAre;
 
-constexpr double kRad = 3.14159265358979323846 / 180;
-
 GateLimits Usual() {
   GateLimits limits;
   limits.translation_mm = 2;
-  limits.rotation_rad = 3 * kRad;
+  limits.rotation_rad = 3 * kRadPerDeg;
   limits.uncertainty_share = 1.0 / 3;
   limits.registration_age_h = 8;
   return limits;
@@ -28,7 +28,7 @@ struct TwoHoles {
   TwoHoles() {
     groups[0].name = corrected[0].name = "G1";
     groups[0].position_tolerance_mm = 0.03;
-    groups[0].inclination_tolerance_rad = 0.5 * kRad;
+    groups[0].inclination_tolerance_rad = 0.5 * kRadPerDeg;
     for (const double u_um : {4.0, 9.0}) {
       CorrectedHole hole;
       hole.name = "H" + std::to_string(corrected[0].holes.size() + 1);
@@ -36,9 +36,9 @@ struct TwoHoles {
       hole.expanded_uncertainty_um = u_um;
       corrected[0].holes.push_back(hole);
     }
-    corrected[0].corrected = {1 * kRad, -2 * kRad};
-    corrected[0].a_standard_uncertainty_rad = 0.003 * kRad;
-    corrected[0].b_standard_uncertainty_rad = 0.004 * kRad;
+    corrected[0].corrected = {1 * kRadPerDeg, -2 * kRadPerDeg};
+    corrected[0].a_standard_uncertainty_rad = 0.003 * kRadPerDeg;
+    corrected[0].b_standard_uncertainty_rad = 0.004 * kRadPerDeg;
   }
   std::vector<GateCheck> Judge(const GateLimits& limits) const {
     return JudgeHoles(groups, corrected, limits, {"A", "C"});

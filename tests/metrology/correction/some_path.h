@@ -6,24 +6,24 @@
 #include <string>
 
 #include "metrology/correction/tool_path.h"
+#include "metrology/frames/angles.h"
 #include "tests/metrology/correction/exact_pose.h"
 
 namespace sixpoint::metrology {
 
-inline constexpr double kPathRad = 3.14159265358979323846 / 180;
-inline const RotaryLimits kWideLimits{-100 * kPathRad, 100 * kPathRad, -360 * kPathRad, 360 * kPathRad};
+inline const RotaryLimits kWideLimits{-100 * kRadPerDeg, 100 * kRadPerDeg, -360 * kRadPerDeg, 360 * kRadPerDeg};
 // From pose to pose: a degree, and four times as much as the tool's axis turns; linear axes follow on a lever of 300 mm.
-inline const PathContinuity kSomeSteps{{1 * kPathRad, 0, 4}, {1, 2, 1200}};
+inline const PathContinuity kSomeSteps{{1 * kRadPerDeg, 0, 4}, {1, 2, 1200}};
 
 // On the plane Z = 0 of the part along X, from the middle out; the axis leans from upright to 20 degrees along X.
 inline NominalToolPath FanOnAPlane(int count) {
   NominalToolPath path;
   path.name = "F1";
   path.position_tolerance_mm = 0.05;
-  path.inclination_tolerance_rad = 0.5 * kPathRad;
+  path.inclination_tolerance_rad = 0.5 * kRadPerDeg;
   for (int k = 0; k < count; ++k) {
     const double share = count > 1 ? k / (count - 1.0) : 0;
-    const double lean_rad = 20 * kPathRad * share;
+    const double lean_rad = 20 * kRadPerDeg * share;
     path.poses.push_back({{2 * share, 0, 0}, {std::sin(lean_rad), 0, std::cos(lean_rad)}});
   }
   return path;

@@ -14,14 +14,14 @@
 namespace sixpoint::metrology {
 namespace {
 
-struct Case {
+struct DrawCase {
   SomePlace place;
   NominalHoleGroup group{"G", {0.2, 0.1, std::sqrt(1 - 0.05)}, {}, {{"H1", {3, -20, 8}}, {"H2", {-4, 15, 30}}}, 0.05,
                          0.01};
   RegisteredPose pose;
   Drilling drilling;
 
-  explicit Case(std::mt19937_64 random = std::mt19937_64(21)) : place(random), pose(ExactPose(place.real)) {}
+  explicit DrawCase(std::mt19937_64 random = std::mt19937_64(21)) : place(random), pose(ExactPose(place.real)) {}
   CorrectedHoleGroup Corrected() const {
     return CorrectGroup(group, pose, place.nominal, SomeAxes(), SomeAxes(), kWideLimits, drilling).value();
   }
@@ -48,7 +48,7 @@ ErrorSource Shift(const std::string& name, const Eigen::Vector3d& per_sigma_mm, 
 
 // 95 % of the lengths of three normal values lie below 2.7955 of their standard deviations.
 TEST(StartDraws, OfAnEvenShiftAreThoseOfMaxwell) {
-  Case one;
+  DrawCase one;
   one.pose.noise.values.bottomRightCorner<3, 3>() = 4e-6 * Eigen::Matrix3d::Identity();  // 2 um
   for (const DrawnStart& start : one.Draw(40'000)) {
     EXPECT_NEAR(start.expanded_uncertainty_um, 2 * 2.7955, 0.05);
@@ -62,7 +62,7 @@ TEST(StartDraws, OfAnEvenShiftAreThoseOfMaxwell) {
 
 // Along one direction with five degrees of freedom: Student's 2.5706 instead of 1.96, its standard uncertainty unwidened.
 TEST(StartDraws, AreAsWideAsTheirDegreesOfFreedom) {
-  Case one;
+  DrawCase one;
   one.pose.sources = {Shift("fixture", {0, 0.003, 0}, 5)};
   const auto drawn = one.Draw(40'000);
   EXPECT_NEAR(drawn[0].expanded_uncertainty_um, 3 * 2.5706, 0.15);
@@ -73,7 +73,7 @@ TEST(StartDraws, AreAsWideAsTheirDegreesOfFreedom) {
 
 // Every kind of source at once: first order is right to the draws' own scatter.
 TEST(StartDraws, AgreeWithFirstOrder) {
-  Case one;
+  DrawCase one;
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
   const auto fill = [&](Eigen::Index rows, Eigen::Index columns, double angle, double shift, int period) {
@@ -119,7 +119,7 @@ TEST(StartDraws, AgreeWithFirstOrder) {
 }
 
 TEST(StartDraws, AreTheSameOnAnyNumberOfThreads) {
-  Case one;
+  DrawCase one;
   one.pose.noise.values = 1e-8 * Matrix6d::Identity();
   const auto alone = one.Draw(3'100, 1), together = one.Draw(3'100, 4), other = one.Draw(3'100, 4, 2);
   EXPECT_EQ(alone[0].expanded_uncertainty_um, together[0].expanded_uncertainty_um);
@@ -128,7 +128,7 @@ TEST(StartDraws, AreTheSameOnAnyNumberOfThreads) {
 }
 
 TEST(StartDraws, AreRefusedOrStopped) {
-  Case one;
+  DrawCase one;
   one.pose.noise.values = 1e-8 * Matrix6d::Identity();
   DrawOptions options;
   options.count = 999;

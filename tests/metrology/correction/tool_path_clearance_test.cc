@@ -9,6 +9,7 @@
 
 #include "metrology/correction/mouth.h"
 #include "metrology/correction/path_motion.h"
+#include "metrology/frames/angles.h"
 #include "refusal/refusal.h"
 #include "tests/metrology/correction/some_path.h"
 
@@ -16,7 +17,6 @@ namespace sixpoint::metrology {
 namespace {
 
 using ::testing::HasSubstr;
-constexpr double kRad = kPathRad;
 const PathTool kTool{0.4, 6};
 const PathClearanceLimits kLimits{0.6, 0.3};
 
@@ -93,7 +93,7 @@ TEST(ToolPathClearance, IsTheWallsDistanceLessTheRadius) {
 // The fan leans to 20 degrees: the holder's end comes nearest, at 2 + 6 sin 20.
 TEST(ToolPathClearance, OfALeaningToolIsAtItsHolder) {
   const Led led = LedAlong(FanOnAPlane(9));
-  const double reach_mm = 2 + kTool.length_mm * std::sin(20 * kRad) + kTool.diameter_mm / 2;
+  const double reach_mm = 2 + kTool.length_mm * std::sin(20 * kRadPerDeg) + kTool.diameter_mm / 2;
   auto found = led.Measure(*FloorAndWall(reach_mm + 0.32));
   ASSERT_TRUE(found.ok());
   EXPECT_TRUE(CheckPathClearances(led.path, *found, kLimits).ok());
@@ -109,9 +109,10 @@ TEST(ToolPathClearance, OfALeaningToolIsAtItsHolder) {
 TEST(ToolPathClearance, NeedsAMouthAsWideAsTheToolLeans) {
   for (const double angle_deg : {25.0, 40.0, 70.0}) {
     NominalToolPath path = Upright(1, 3);
-    for (ToolPose& pose : path.poses) pose.axis_in_part = {std::cos(angle_deg * kRad), 0, std::sin(angle_deg * kRad)};
+    for (ToolPose& pose : path.poses)
+      pose.axis_in_part = {std::cos(angle_deg * kRadPerDeg), 0, std::sin(angle_deg * kRadPerDeg)};
     const Led led = LedAlong(path);
-    const double enough_mm = (0.2 + kLimits.clearance_mm) / std::sin(angle_deg * kRad) - 0.2;
+    const double enough_mm = (0.2 + kLimits.clearance_mm) / std::sin(angle_deg * kRadPerDeg) - 0.2;
     // Pieces at the rim are up to 0.05 mm long.
     for (const double more_mm : {-0.02, 0.07}) {
       const PathClearanceLimits limits{std::max(enough_mm + more_mm, 0.301), 0.3};

@@ -8,22 +8,21 @@
 #include <random>
 
 #include "metrology/correction/path_motion.h"
+#include "metrology/frames/angles.h"
 #include "refusal/refusal.h"
 #include "tests/metrology/correction/some_path.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kRad = kPathRad;
-
 // About A's axis, the tool radially: the tool stands still and the part turns, so that the tip goes round an arc.
 NominalToolPath RoundA(double radius_mm, double step_deg, int count) {
   NominalToolPath path;
   path.name = "F1";
   path.position_tolerance_mm = 0.05;
-  path.inclination_tolerance_rad = 0.5 * kRad;
+  path.inclination_tolerance_rad = 0.5 * kRadPerDeg;
   for (int k = 0; k < count; ++k) {
-    const Eigen::Vector3d out(std::sin(k * step_deg * kRad), 0, std::cos(k * step_deg * kRad));
+    const Eigen::Vector3d out(std::sin(k * step_deg * kRadPerDeg), 0, std::cos(k * step_deg * kRadPerDeg));
     path.poses.push_back({radius_mm * out, out});
   }
   return path;
@@ -35,12 +34,12 @@ TEST(ToolPathSteps, AboutARotaryAxisTheChordIsTheArcsHeight) {
       const NominalToolPath path = RoundA(radius_mm, step_deg, 4);
       const auto corrected =
           CorrectToolPath(path, ExactPose(Eigen::Isometry3d::Identity()), Eigen::Isometry3d::Identity(), RotaryAxes(),
-                          kWideLimits, {{12 * kRad, 0, 0}, {1, 0, 0}});
+                          kWideLimits, {{12 * kRadPerDeg, 0, 0}, {1, 0, 0}});
       ASSERT_TRUE(corrected.ok()) << corrected.status();
       const auto steps = MeasurePathSteps(path, *corrected, RotaryAxes(), {});
       ASSERT_TRUE(steps.ok()) << steps.status();
       ASSERT_EQ(steps->size(), 3u);
-      const double height_um = 1e3 * radius_mm * (1 - std::cos(step_deg * kRad / 2));
+      const double height_um = 1e3 * radius_mm * (1 - std::cos(step_deg * kRadPerDeg / 2));
       for (const PathStep& step : *steps) {
         EXPECT_GE(step.chord_um, height_um - 1e-9);
         EXPECT_LE(step.chord_um, 1.001 * height_um + 0.001);
@@ -66,7 +65,7 @@ Solved Somewhere(std::mt19937_64& random, int count) {
     pose.axis_in_part = (pose.axis_in_part + 0.3 * lean * pose.axis_in_part.x()).normalized();
   }
   AngleTable table;
-  for (int i = 0; i < 72; ++i) table.forward_rad.push_back(1.5e-4 * std::sin(7 * i * 5 * kRad));
+  for (int i = 0; i < 72; ++i) table.forward_rad.push_back(1.5e-4 * std::sin(7 * i * 5 * kRadPerDeg));
   table.backward_rad = table.forward_rad;
   solved.pose.positioning.a.table = solved.pose.positioning.b.table = table;
   auto corrected =
@@ -79,7 +78,7 @@ Solved Somewhere(std::mt19937_64& random, int count) {
 // By its own means: the angle from the plane of both axes, or from the nearer one.
 double FromTurnDeg(const Eigen::Vector3d& d, const Eigen::Vector3d& one, const Eigen::Vector3d& other) {
   const auto angle = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    return std::atan2(a.cross(b).norm(), a.dot(b)) / kRad;
+    return std::atan2(a.cross(b).norm(), a.dot(b)) / kRadPerDeg;
   };
   const Eigen::Vector3d normal = one.cross(other).normalized();
   const Eigen::Vector3d in_plane = (d - d.dot(normal) * normal).normalized();
@@ -162,7 +161,7 @@ TEST(ToolPathSteps, AsManyPosesMoreAreEnough) {
 TEST(ToolPathSteps, RefuseWhereAndByHowManyPoses) {
   const NominalToolPath path = RoundA(80, 10, 3);  // 304 um high
   const auto corrected = CorrectToolPath(path, ExactPose(Eigen::Isometry3d::Identity()), Eigen::Isometry3d::Identity(),
-                                         RotaryAxes(), kWideLimits, {{12 * kRad, 0, 0}, {1, 0, 0}});
+                                         RotaryAxes(), kWideLimits, {{12 * kRadPerDeg, 0, 0}, {1, 0, 0}});
   const auto steps = MeasurePathSteps(path, *corrected, RotaryAxes(), {});
   ASSERT_TRUE(steps.ok());
   const auto violations = ViolationsOf(CheckPathSteps(path, *steps));

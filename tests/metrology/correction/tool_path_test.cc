@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "metrology/frames/angles.h"
 #include "refusal/refusal.h"
 #include "tests/metrology/correction/some_path.h"
 
@@ -15,7 +16,6 @@ namespace sixpoint::metrology {
 namespace {
 
 using ::testing::HasSubstr;
-constexpr double kRad = kPathRad;
 
 absl::StatusOr<CorrectedToolPath> Correct(const NominalToolPath& path, const RegisteredPose& pose,
                                           const RotaryAxes& axes = {}, const RotaryLimits& limits = kWideLimits) {
@@ -24,7 +24,7 @@ absl::StatusOr<CorrectedToolPath> Correct(const NominalToolPath& path, const Reg
 
 Eigen::Isometry3d TurnedBy(const Eigen::Vector3d& rotation_deg) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = RotationFromVector(rotation_deg * kRad);
+  pose.linear() = RotationFromVector(rotation_deg * kRadPerDeg);
   return pose;
 }
 
@@ -36,9 +36,9 @@ TEST(ToolPath, OfAFanOnAPlaneIsTheClosedForm) {
   ASSERT_EQ(corrected->poses.size(), 11u);
   for (std::size_t k = 0; k < 11; ++k) {
     const CorrectedToolPose& pose = corrected->poses[k];
-    const double share = static_cast<double>(k) / 10, lean_rad = 20 * kRad * share;
+    const double share = static_cast<double>(k) / 10, lean_rad = 20 * kRadPerDeg * share;
     EXPECT_EQ(pose.start.name, std::to_string(k + 1));
-    EXPECT_NEAR(pose.corrected.b_rad, -10 * kRad, 1e-13);
+    EXPECT_NEAR(pose.corrected.b_rad, -10 * kRadPerDeg, 1e-13);
     EXPECT_NEAR(pose.corrected.a_rad, -lean_rad, 1e-13);
     const Eigen::Vector3d want = 2 * share * Eigen::Vector3d(std::cos(lean_rad), 0, std::sin(lean_rad));
     EXPECT_LT((pose.start.start_mm - want).norm(), 1e-12);
@@ -47,13 +47,13 @@ TEST(ToolPath, OfAFanOnAPlaneIsTheClosedForm) {
 
 // Of two ways to stand there only one is within the limits; the nominal part goes it too, or the gate would call it another way.
 TEST(ToolPath, TheNominalPartGoesTheWayThatTheMachineCan) {
-  const RotaryLimits limits{100 * kRad, 260 * kRad, 100 * kRad, 260 * kRad};
+  const RotaryLimits limits{100 * kRadPerDeg, 260 * kRadPerDeg, 100 * kRadPerDeg, 260 * kRadPerDeg};
   const auto corrected = CorrectToolPath(FanOnAPlane(11), ExactPose(TurnedBy({1, 0, 0})), Eigen::Isometry3d::Identity(),
                                          {}, limits, kSomeSteps);
   ASSERT_TRUE(corrected.ok()) << corrected.status();
   for (const CorrectedToolPose& pose : corrected->poses) {
-    EXPECT_NEAR(pose.corrected.b_rad, 179 * kRad, 1e-12);
-    EXPECT_NEAR(pose.nominal_angles.b_rad, 180 * kRad, 1e-12);
+    EXPECT_NEAR(pose.corrected.b_rad, 179 * kRadPerDeg, 1e-12);
+    EXPECT_NEAR(pose.nominal_angles.b_rad, 180 * kRadPerDeg, 1e-12);
     EXPECT_NEAR(pose.nominal_angles.a_rad, pose.corrected.a_rad, 1e-12);
   }
 }
@@ -68,8 +68,8 @@ TEST(ToolPath, ComesBackToTheNominalPosesThroughTheMachine) {
     RegisteredPose pose = ExactPose(place.real);
     AngleTable table;  // half an arc minute and a wave of three a turn
     for (int i = 0; i < 72; ++i) {
-      table.forward_rad.push_back(1.5e-4 + 5e-5 * std::sin(3 * i * 5 * kRad));
-      table.backward_rad.push_back(1.2e-4 + 5e-5 * std::sin(3 * i * 5 * kRad));
+      table.forward_rad.push_back(1.5e-4 + 5e-5 * std::sin(3 * i * 5 * kRadPerDeg));
+      table.backward_rad.push_back(1.2e-4 + 5e-5 * std::sin(3 * i * 5 * kRadPerDeg));
     }
     if (round % 2 == 0) pose.positioning.a.table = pose.positioning.b.table = table;
     const auto corrected = CorrectToolPath(path, pose, place.nominal, SomeAxes(), kWideLimits, kSomeSteps);
@@ -212,7 +212,7 @@ TEST(ToolPath, StatesUncertaintiesThatDrawsConfirm) {
 
 TEST(ToolPath, NamesTheJointThatIsBeyondItsLimits) {
   RotaryLimits limits = kWideLimits;
-  limits.a_minimum_rad = -15 * kRad;
+  limits.a_minimum_rad = -15 * kRadPerDeg;
   const auto status = Correct(FanOnAPlane(11), ExactPose(TurnedBy({10, 0, 0})), {}, limits).status();
   EXPECT_TRUE(absl::IsOutOfRange(status)) << status;
   const auto violations = ViolationsOf(status);
@@ -248,7 +248,7 @@ TEST(ToolPath, RefusesAJumpByPoseAndJoint) {
 TEST(ToolPath, IsLedPastBWithTheTiltThatIsLeft) {
   NominalToolPath path;
   path.name = "F2";
-  path.inclination_tolerance_rad = 1 * kRad;
+  path.inclination_tolerance_rad = 1 * kRadPerDeg;
   for (int k = -3; k <= 3; ++k)
     path.poses.push_back({{0.2 * k, 0, 0}, Eigen::Vector3d(0.05 * k, 1e-3, 1).normalized()});
   RegisteredPose pose = ExactPose(Eigen::Isometry3d::Identity());
@@ -258,7 +258,7 @@ TEST(ToolPath, IsLedPastBWithTheTiltThatIsLeft) {
   for (std::size_t k = 0; k < path.poses.size(); ++k) {
     const CorrectedToolPose& at = corrected->poses[k];
     EXPECT_EQ(at.b_is_free, k == 3);
-    EXPECT_LE(at.tilt_rad, 0.25 * kRad);
+    EXPECT_LE(at.tilt_rad, 0.25 * kRadPerDeg);
     const Eigen::Isometry3d part_from_machine =
         BUnderThePart().MachineFromZero(at.reached.a_rad, at.reached.b_rad).inverse();
     EXPECT_LT((part_from_machine * at.start.start_mm - path.poses[k].tip_in_part_mm).norm(), 1e-9);
@@ -314,7 +314,7 @@ TEST(ToolPath, RefusesWhatIsMalformedByName) {
   path = FanOnAPlane(2);
   path.poses[1].axis_in_part = {0, 1, 0};
   RotaryAxes axes;
-  axes.b.direction = {0, std::sin(60 * kRad), std::cos(60 * kRad)};
+  axes.b.direction = {0, std::sin(60 * kRadPerDeg), std::cos(60 * kRadPerDeg)};
   const auto status = Correct(path, pose, axes).status();
   EXPECT_TRUE(absl::IsOutOfRange(status));
   EXPECT_THAT(std::string(status.message()), HasSubstr("paths[F1].targets["));

@@ -6,13 +6,14 @@
 #include <cmath>
 #include <cstddef>
 
+#include "metrology/frames/angles.h"
 #include "tests/metrology/inspection/pinned_block.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-absl::StatusOr<BladeFindings> Inspect(const PinnedBlock& plant, const std::vector<LineScan>& scans, int threads = 2,
-                                      const std::vector<Eigen::Isometry3d>& neighbours = {}) {
+absl::StatusOr<BladeFindings> InspectBlade(const PinnedBlock& plant, const std::vector<LineScan>& scans,
+                                           int threads = 2, const std::vector<Eigen::Isometry3d>& neighbours = {}) {
   InspectionOptions options;
   options.neighbours = neighbours;
   options.threads = threads;
@@ -25,7 +26,7 @@ absl::StatusOr<BladeFindings> Inspect(const PinnedBlock& plant, const std::vecto
 TEST(BladeInspection, JudgesPinsAndSurface) {
   const PinnedBlock plant = MakePinnedBlock();
   std::mt19937_64 random(1);
-  const auto findings = Inspect(plant, ScansOf(plant, &random, 4000));
+  const auto findings = InspectBlade(plant, ScansOf(plant, &random, 4000));
   ASSERT_TRUE(findings.ok()) << findings.status();
   EXPECT_EQ(findings->holes[0].verdict, Verdict::kConform) << findings->holes[0].reason;
   EXPECT_EQ(findings->holes[1].position_verdict, Verdict::kNotConform) << findings->holes[1].reason;
@@ -52,7 +53,7 @@ TEST(BladeInspection, JudgesPinsInSnapshots) {
   std::mt19937_64 random(1);
   std::vector<LineScan> scans = ScansOf(plant, &random, 4000);
   for (LineScan& scan : scans) std::shuffle(scan.points_mm.begin(), scan.points_mm.end(), random);
-  const auto findings = Inspect(plant, scans);
+  const auto findings = InspectBlade(plant, scans);
   ASSERT_TRUE(findings.ok()) << findings.status();
   EXPECT_EQ(findings->holes[0].verdict, Verdict::kConform) << findings->holes[0].reason;
   EXPECT_EQ(findings->holes[1].position_verdict, Verdict::kNotConform) << findings->holes[1].reason;
@@ -63,7 +64,7 @@ TEST(BladeInspection, JudgesPinsInSnapshots) {
   }
   EXPECT_NEAR(findings->deviation.p50_um, 5, 0.2);
   plant.sensor.cloud = CloudKind::kProfiles;
-  const auto sheared = Inspect(plant, scans);
+  const auto sheared = InspectBlade(plant, scans);
   EXPECT_TRUE(!sheared.ok() || std::abs(sheared->deviation.p50_um - 5) > 2 ||
               (sheared->holes[0].error.start_in_part_mm - plant.pins[0].start_mm).norm() > 2e-3);
 }
@@ -84,7 +85,8 @@ TEST(BladeInspection, TakesNoNeighboursPointsForItsPins) {
     for (const auto& p : Scanned(plant, plant.b_deg[view], points, &random).points_mm)
       scans[view].points_mm.push_back(p);
   }
-  const auto told = Inspect(plant, scans, 2, {plant.pose.zero_from_part * over}), untold = Inspect(plant, scans);
+  const auto told = InspectBlade(plant, scans, 2, {plant.pose.zero_from_part * over}),
+             untold = InspectBlade(plant, scans);
   ASSERT_TRUE(told.ok() && untold.ok());
   for (int i = 0; i < 2; ++i) {
     EXPECT_EQ(told->holes[i].verdict, i == 0 ? Verdict::kConform : Verdict::kNotConform) << told->holes[i].reason;
@@ -97,7 +99,7 @@ TEST(BladeInspection, GivesTheSameBitsOnAnyNumberOfThreads) {
   const PinnedBlock plant = MakePinnedBlock();
   std::mt19937_64 random(2);
   const std::vector<LineScan> scans = ScansOf(plant, &random, 20000);
-  const auto one = Inspect(plant, scans, 1), four = Inspect(plant, scans, 4);
+  const auto one = InspectBlade(plant, scans, 1), four = InspectBlade(plant, scans, 4);
   ASSERT_TRUE(one.ok() && four.ok());
   EXPECT_EQ(one->deviation.rms_um, four->deviation.rms_um);
   EXPECT_EQ(one->deviation.p95_um, four->deviation.p95_um);
@@ -178,7 +180,6 @@ TEST(BladeInspection, EndsWithAPieceThatCannotBeMadeOrIsTooMuch) {
 // B reaches 0.05 deg beyond its commands, 0.004 deg more or less by its way, and scatters by 0.002 deg: with the table the
 // stated uncertainty holds; taken at their commands, the pins seem to stand elsewhere. The pose is known from elsewhere.
 TEST(BladeInspection, TakesScansByTheTablesOfThePose) {
-  constexpr double kRad = M_PI / 180;
   constexpr int kRuns = 60;
   const double mean_deg = 0.05, half_reversal_deg = 0.004, scatter_deg = 0.002;
   const PinnedBlock truth = MakePinnedBlock();
@@ -190,17 +191,17 @@ TEST(BladeInspection, TakesScansByTheTablesOfThePose) {
     const double way = normal(random) > 0 ? 1 : -1;
     for (double& b_deg : plant.b_deg) b_deg += mean_deg + way * half_reversal_deg + scatter_deg * normal(random);
     std::vector<LineScan> scans = ScansOf(plant, &random, 200);
-    for (std::size_t i = 0; i < scans.size(); ++i) scans[i].b_rad = truth.b_deg[i] * kRad;
+    for (std::size_t i = 0; i < scans.size(); ++i) scans[i].b_rad = truth.b_deg[i] * kRadPerDeg;
 
-    const auto without = Inspect(truth, scans);
+    const auto without = InspectBlade(truth, scans);
     AxisPositioning& b = plant.pose.positioning.b;
-    b.table = AngleTable{std::vector<double>(8, (mean_deg + half_reversal_deg) * kRad),
-                         std::vector<double>(8, (mean_deg - half_reversal_deg) * kRad)};
-    b.standard_uncertainty_rad = scatter_deg * kRad;
+    b.table = AngleTable{std::vector<double>(8, (mean_deg + half_reversal_deg) * kRadPerDeg),
+                         std::vector<double>(8, (mean_deg - half_reversal_deg) * kRadPerDeg)};
+    b.standard_uncertainty_rad = scatter_deg * kRadPerDeg;
     for (const LineScan& scan : scans)
       plant.pose.angles.push_back({AngleInfluence::Axis::kB, scan.b_rad, b.Reached(scan.b_rad),
                                    b.standard_uncertainty_rad, b.HalfReversalAt(scan.b_rad), Vector6d::Zero()});
-    const auto findings = Inspect(plant, scans);
+    const auto findings = InspectBlade(plant, scans);
     ASSERT_TRUE(findings.ok() && without.ok());
     for (int i = 0; i < 2; ++i) {
       const auto holds = [&](const HoleFinding& hole) {
@@ -223,7 +224,7 @@ TEST(BladeInspection, DoesNotPassAHoleWithoutAPin) {
   PinnedBlock plant = MakePinnedBlock();
   plant.pins.pop_back();
   std::mt19937_64 random(3);
-  const auto findings = Inspect(plant, ScansOf(plant, &random, 1000));
+  const auto findings = InspectBlade(plant, ScansOf(plant, &random, 1000));
   ASSERT_TRUE(findings.ok());
   EXPECT_EQ(findings->holes[1].verdict, Verdict::kNotMeasured);
   EXPECT_NE(findings->holes[1].reason, "");
@@ -236,7 +237,7 @@ TEST(BladeInspection, JudgesNothingThatAnUnknownPlayWouldTurn) {
   PinnedBlock plant = MakePinnedBlock();
   for (InspectedHole& hole : plant.holes) hole.pin.gauge.reset();
   std::mt19937_64 random(11);
-  const auto findings = Inspect(plant, ScansOf(plant, &random, 1000));
+  const auto findings = InspectBlade(plant, ScansOf(plant, &random, 1000));
   ASSERT_TRUE(findings.ok());
   for (const HoleFinding& finding : findings->holes) {
     EXPECT_EQ(finding.position_verdict, Verdict::kUndecidable);
@@ -247,7 +248,7 @@ TEST(BladeInspection, JudgesNothingThatAnUnknownPlayWouldTurn) {
   plant.holes[0].position_tolerance_mm = 0.18;
   plant.holes[0].inclination_tolerance_rad = 0.07;
   plant.pins[1].start_mm.x() += 0.15;
-  const auto wide = Inspect(plant, ScansOf(plant, &random, 1000));
+  const auto wide = InspectBlade(plant, ScansOf(plant, &random, 1000));
   ASSERT_TRUE(wide.ok());
   EXPECT_EQ(wide->holes[0].verdict, Verdict::kConform) << wide->holes[0].reason;
   EXPECT_EQ(wide->holes[1].position_verdict, Verdict::kNotConform);
@@ -293,7 +294,7 @@ TEST(BladeInspection, StatesUncertaintiesThatDrawsConfirm) {
     estimate.pose.zero_from_part =
         Perturbed(truth.pose.zero_from_part, sensitivity.leftCols<14>() * calibration, pose.noise.reference_mm);
     estimate.pose.zero_from_part = Perturbed(estimate.pose.zero_from_part, noise, pose.noise.reference_mm);
-    const auto findings = Inspect(estimate, scans, 1);
+    const auto findings = InspectBlade(estimate, scans, 1);
     ASSERT_TRUE(findings.ok());
     for (int i = 0; i < 2; ++i) {
       const HoleFinding& finding = findings->holes[i];
@@ -318,7 +319,7 @@ TEST(BladeInspection, TakesScansInPieces) {
   const PinnedBlock plant = MakePinnedBlock();
   std::mt19937_64 random(7);
   const std::vector<LineScan> scans = ScansOf(plant, &random, 4000);
-  const auto whole = Inspect(plant, scans);
+  const auto whole = InspectBlade(plant, scans);
   BladeInspection inspection(plant.surface, plant.holes, plant.pose, plant.sensor, plant.axes, {});
   for (const LineScan& scan : scans) {
     inspection.Begin(scan);
@@ -398,7 +399,7 @@ TEST(BladeInspection, RefusesTooManyPointsAndScansOfSomethingElse) {
   BladeInspection small(plant.surface, plant.holes, plant.pose, plant.sensor, plant.axes, options);
   EXPECT_EQ(small.Add(ScansOf(plant, &random, 10)[0]).code(), absl::StatusCode::kResourceExhausted);
   const Points far(50, Eigen::Vector3d(0, 0, 40));
-  const auto findings = Inspect(plant, {Scanned(plant, 0, far, &random)});
+  const auto findings = InspectBlade(plant, {Scanned(plant, 0, far, &random)});
   EXPECT_EQ(findings.status().code(), absl::StatusCode::kFailedPrecondition);
 }
 

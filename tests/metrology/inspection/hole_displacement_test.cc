@@ -9,6 +9,7 @@
 #include <random>
 #include <string>
 
+#include "metrology/frames/angles.h"
 #include "metrology/inspection/bore.h"
 #include "metrology/inspection/hole_error.h"
 #include "metrology/inspection/pitch.h"
@@ -19,8 +20,6 @@ namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kRad = M_PI / 180;
 
 // In a frame of its own the hole leans by `lean` from z (the normal) towards x; turned and moved anywhere, metres from the origin.
 struct PlacedHole {
@@ -54,7 +53,7 @@ PlacedHole AnyHole(std::mt19937_64* random) {
   PlacedHole hole;
   hole.part_from_hole.linear() = RotationFromVector({3 * unit(*random), 3 * unit(*random), 3 * unit(*random)});
   hole.part_from_hole.translation() = Vector3d(6357, 10 * unit(*random), 330 * unit(*random));
-  hole.lean_rad = (35 + 25 * unit(*random)) * kRad;
+  hole.lean_rad = (35 + 25 * unit(*random)) * kRadPerDeg;
   hole.more_lean_rad = 0.01 * unit(*random);
   hole.aside_rad = 0.01 * unit(*random);
   hole.x_mm = 0.08 * unit(*random);
@@ -133,8 +132,8 @@ TEST(HoleDisplacement, IsUncertainInEachDirectionByWhatLiesThere) {
   fit.across = Eigen::Matrix<double, 3, 2>::Identity();
   for (int i = 0; i < 2; ++i) {
     Eigen::Matrix<double, 5, Eigen::Dynamic> per_sigma = Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, 1);
-    per_sigma(0, 0) = sigmas_mm[i] * std::cos(directions_deg[i] * kRad);
-    per_sigma(1, 0) = sigmas_mm[i] * std::sin(directions_deg[i] * kRad);
+    per_sigma(0, 0) = sigmas_mm[i] * std::cos(directions_deg[i] * kRadPerDeg);
+    per_sigma(1, 0) = sigmas_mm[i] * std::sin(directions_deg[i] * kRadPerDeg);
     hole.sources.push_back({"cause " + std::to_string(i), freedoms[i], true, per_sigma});
   }
   const HoleDisplacement found = DisplacementOf(nominal, fit, hole);
@@ -142,10 +141,10 @@ TEST(HoleDisplacement, IsUncertainInEachDirectionByWhatLiesThere) {
             0.03);  // with the other positioning: 30 um / sqrt 3 of standard uncertainty
   const SurfaceUncertainty& u = found.in_stated_positioning;
   for (int turn_deg = 0; turn_deg < 180; turn_deg += 7) {
-    const Eigen::Vector2d towards(std::cos(turn_deg * kRad), std::sin(turn_deg * kRad));
+    const Eigen::Vector2d towards(std::cos(turn_deg * kRadPerDeg), std::sin(turn_deg * kRadPerDeg));
     double variance_mm2 = 0;
     for (int i = 0; i < 2; ++i)
-      variance_mm2 += std::pow(sigmas_mm[i] * std::cos((directions_deg[i] - turn_deg) * kRad), 2);
+      variance_mm2 += std::pow(sigmas_mm[i] * std::cos((directions_deg[i] - turn_deg) * kRadPerDeg), 2);
     EXPECT_NEAR(towards.dot(u.covariance_mm2 * towards), variance_mm2, 1e-12);
   }
   // Across the first cause only the second is left: Student's 97.5 % quantile of five degrees of freedom, which no direction exceeds.

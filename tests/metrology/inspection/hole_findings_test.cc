@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "tests/metrology/inspection/pinned_block.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kRad = M_PI / 180;
 
 // The block's two holes, this wide; a pin of 0.97 of it in the first, where one is wanted.
 PinnedBlock Block(double diameter_mm, bool with_pin) {
@@ -54,7 +53,7 @@ std::vector<LineScan> Scans(const PinnedBlock& plant, const Extra& extra) {
   return scans;
 }
 
-BladeFindings Inspect(const PinnedBlock& plant, const std::vector<LineScan>& scans, int threads = 2) {
+BladeFindings InspectHoles(const PinnedBlock& plant, const std::vector<LineScan>& scans, int threads = 2) {
   InspectionOptions options;
   options.threads = threads;
   BladeInspection inspection(plant.surface, plant.holes, plant.pose, plant.sensor, plant.axes, options);
@@ -64,7 +63,8 @@ BladeFindings Inspect(const PinnedBlock& plant, const std::vector<LineScan>& sca
 
 TEST(HoleFindings, AreOfThePinWhereOneStandsAndElseOfTheBore) {
   const PinnedBlock plant = Block(2, true);
-  const BladeFindings without = Inspect(plant, Scans(plant, {})), with = Inspect(plant, Scans(plant, {150, 0}));
+  const BladeFindings without = InspectHoles(plant, Scans(plant, {})),
+                      with = InspectHoles(plant, Scans(plant, {150, 0}));
   EXPECT_EQ(without.holes[0].instrument, HoleInstrument::kPin) << without.holes[0].reason;
   EXPECT_EQ(without.holes[1].instrument, HoleInstrument::kNone);
   EXPECT_NE(without.holes[1].bore_reason.find("inside of the hole"), std::string::npos) << without.holes[1].bore_reason;
@@ -91,12 +91,12 @@ TEST(HoleFindings, AreOfThePinWhereOneStandsAndElseOfTheBore) {
 
 TEST(HoleFindings, OfABoreUnderAChipAndOfANarrowOneSayNothing) {
   const PinnedBlock wide = Block(2, false);
-  const BladeFindings chip = Inspect(wide, Scans(wide, {150, 20}));
+  const BladeFindings chip = InspectHoles(wide, Scans(wide, {150, 20}));
   EXPECT_EQ(chip.holes[0].instrument, HoleInstrument::kBore) << chip.holes[0].bore_reason;
   EXPECT_EQ(chip.holes[1].instrument, HoleInstrument::kNone);
   EXPECT_NE(chip.holes[1].bore_reason.find("a pin or a chip"), std::string::npos) << chip.holes[1].bore_reason;
   const PinnedBlock narrow = Block(0.44, false);
-  for (const HoleFinding& hole : Inspect(narrow, Scans(narrow, {150, 0})).holes) {
+  for (const HoleFinding& hole : InspectHoles(narrow, Scans(narrow, {150, 0})).holes) {
     EXPECT_EQ(hole.instrument, HoleInstrument::kNone);
     EXPECT_NE(hole.bore_reason.find("too narrow"), std::string::npos) << hole.bore_reason;
   }
@@ -106,7 +106,7 @@ TEST(HoleFindings, SayAHolesDiameterOnlyWhereThePlayIsStated) {
   PinnedBlock plant = MakePinnedBlock();
   plant.holes[0].pin.gauge = GaugePin{0.44, 1e-3, 0.02};
   plant.holes[1].pin.gauge.reset();
-  const BladeFindings findings = Inspect(plant, Scans(plant, {}));
+  const BladeFindings findings = InspectHoles(plant, Scans(plant, {}));
   const HoleFinding &stated = findings.holes[0], &unstated = findings.holes[1];
   ASSERT_TRUE(stated.hole_diameter.found) << stated.reason;
   EXPECT_NEAR(stated.hole_diameter.found->half_interval_mm, 0.01, 1e-9);
@@ -133,7 +133,7 @@ TEST(HoleFindings, HaveBudgetsThatAddUpToWhatIsStated) {
   plant.pose.sources = {SourceOf("calibrations", calibrations)};
   plant.pose.sources[0].degrees_of_freedom = 5;
   ActOnPose(PoseSensitivity::Zero(), &plant.pose.sources);
-  const BladeFindings findings = Inspect(plant, Scans(plant, {}));
+  const BladeFindings findings = InspectHoles(plant, Scans(plant, {}));
   const auto adds_up = [](const UncertaintyBudget& budget, double expanded, double bound) {
     double variance = 0, before = 1e300;
     std::vector<UncertaintyComponent> normal;
@@ -164,7 +164,7 @@ TEST(HoleFindings, HaveBudgetsThatAddUpToWhatIsStated) {
 TEST(HoleFindings, AreTheSameBitsOnAnyNumberOfThreads) {
   const PinnedBlock plant = Block(2, true);
   const std::vector<LineScan> scans = Scans(plant, {150, 0});
-  const BladeFindings one = Inspect(plant, scans, 1), four = Inspect(plant, scans, 4);
+  const BladeFindings one = InspectHoles(plant, scans, 1), four = InspectHoles(plant, scans, 4);
   for (int i = 0; i < 2; ++i) {
     const HoleFinding &a = one.holes[i], &b = four.holes[i];
     EXPECT_EQ(a.displacement->along.value_mm, b.displacement->along.value_mm);
@@ -186,7 +186,7 @@ TEST(HoleFindings, SayThatAPinIsBent) {
     Points points;
     std::vector<Vector3d> views;
     for (int i = 0; i < 6; ++i)
-      views.push_back(Vector3d(std::cos(60 * i * kRad), std::sin(60 * i * kRad), -0.6).normalized());
+      views.push_back(Vector3d(std::cos(60 * i * kRadPerDeg), std::sin(60 * i * kRadPerDeg), -0.6).normalized());
     const SimulatedPin& pin = plant.pins[0];
     for (Vector3d point : SeenFrom(pin, views, 300, &random)) {
       const double height = (point - pin.start_mm).dot(pin.axis) / pin.length_mm;

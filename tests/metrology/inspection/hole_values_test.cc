@@ -8,10 +8,10 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr int kSeeds = 120;
+constexpr int kWorldCount = 120;
 
 WorldTally Told(const HoleWorld& world) {
-  WorldTally tally = RunHoleWorld(world, kSeeds);
+  WorldTally tally = RunHoleWorld(world, kWorldCount);
   for (const auto& [name, value] : tally.values)
     std::printf("%-12s %-20s %4d  %5.1f %%  rms %.3f  U %.3f (um, mrad, 1e-3)\n", world.name.c_str(), name.c_str(),
                 value.count, value.held_percent(), 1e3 * value.rms(), 1e3 * value.expanded());

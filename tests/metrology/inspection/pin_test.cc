@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "metrology/inspection/hole_error.h"
 #include "metrology/inspection/largest_cluster.h"
 #include "metrology/kinematics/rotary_axes.h"
@@ -16,8 +17,6 @@ namespace sixpoint::metrology {
 namespace {
 
 using ::testing::HasSubstr;
-
-constexpr double kRad = 3.14159265358979323846 / 180;
 
 // On an oblique surface, metres from the part's origin as real CAD is.
 NominalPin Nominal() {
@@ -42,7 +41,7 @@ std::vector<Eigen::Vector3d> AllRound(const Eigen::Vector3d& axis, int count, do
   const Eigen::Matrix<double, 3, 2> across = TangentBasis(axis);
   std::vector<Eigen::Vector3d> views;
   for (int i = 0; i < count; ++i) {
-    const double angle = span_deg * kRad * i / count;
+    const double angle = span_deg * kRadPerDeg * i / count;
     views.push_back((-axis * 0.6 + std::cos(angle) * across.col(0) + std::sin(angle) * across.col(1)).normalized());
   }
   return views;

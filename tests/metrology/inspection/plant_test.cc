@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/frames/angles.h"
 #include "metrology/inspection/hole_displacement.h"
 #include "metrology/inspection/hole_error.h"
 #include "metrology/inspection/pin.h"
@@ -19,8 +20,6 @@ namespace {
 
 using nlohmann::json;
 using testing::VectorOf;
-
-constexpr double kRad = 3.14159265358979323846 / 180;
 
 // Against the truth's own start and axis: across is normal x axis, along is across x normal.
 void ExpectDisplacement(const NominalPin& pin, const PinFit& fit, const HoleError& error, const json& want,
@@ -37,8 +36,8 @@ void ExpectDisplacement(const NominalPin& pin, const PinFit& fit, const HoleErro
   EXPECT_EQ(found.directions.reference, SurfaceReference::kHoleAxis) << i;
   EXPECT_NEAR(found.along.value_mm, off.dot(along), 0.3e-3) << i;
   EXPECT_NEAR(found.across.value_mm, off.dot(across), 0.3e-3) << i;
-  EXPECT_NEAR(found.inclination_along.value_rad / kRad, (lean(axis) - lean(pin.axis)) / kRad, 0.004) << i;
-  EXPECT_NEAR(found.inclination_across.value_rad / kRad, std::asin(axis.dot(across)) / kRad, 0.004) << i;
+  EXPECT_NEAR(found.inclination_along.value_rad / kRadPerDeg, (lean(axis) - lean(pin.axis)) / kRadPerDeg, 0.004) << i;
+  EXPECT_NEAR(found.inclination_across.value_rad / kRadPerDeg, std::asin(axis.dot(across)) / kRadPerDeg, 0.004) << i;
 }
 
 TEST(PlantPins, AreMeasuredWithinAQuarterMicrometre) {
@@ -70,8 +69,8 @@ TEST(PlantPins, AreMeasuredWithinAQuarterMicrometre) {
     ASSERT_TRUE(decoded.ok()) << decoded.status();
     scan.points_mm = *decoded;
     scan.v0_mm = VectorOf(entry["v0_mm"]);
-    scan.a_rad = entry["a_deg"].get<double>() * kRad;
-    scan.b_rad = entry["b_deg"].get<double>() * kRad;
+    scan.a_rad = entry["a_deg"].get<double>() * kRadPerDeg;
+    scan.b_rad = entry["b_deg"].get<double>() * kRadPerDeg;
     const Eigen::Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
     const Eigen::Isometry3d part_from_machine =
         part_from_zero * axes.MachineFromZero(scan.a_rad, scan.b_rad).inverse(Eigen::Isometry);
@@ -92,7 +91,7 @@ TEST(PlantPins, AreMeasuredWithinAQuarterMicrometre) {
     ASSERT_TRUE(fit.measured) << i << " " << fit.reason;
     const HoleError error = HoleErrorOf(pins[i], fit, fit.noise_covariance);
     EXPECT_NEAR(error.position_mm, want["position_error_mm"].get<double>(), 0.25e-3) << i;
-    EXPECT_NEAR(error.inclination_rad / kRad, want["inclination_error_deg"].get<double>(), 0.004) << i;
+    EXPECT_NEAR(error.inclination_rad / kRadPerDeg, want["inclination_error_deg"].get<double>(), 0.004) << i;
     ExpectDisplacement(pins[i], fit, error, want, i);
     // The plant's pins are 0.44 mm wide, in the 0.30 mm holes of G3 too.
     EXPECT_NEAR(2 * fit.radius_mm, 0.44, 1.5e-3) << i;

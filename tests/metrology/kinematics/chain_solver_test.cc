@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "metrology/frames/angles.h"
 #include "refusal/refusal.h"
 #include "tests/metrology/kinematics/machine_chains.h"
 
@@ -15,9 +16,6 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using ::testing::HasSubstr;
-
-// Rounding of a few hundred mm through a dozen products is 1e-12; the goal is 1e-9.
-constexpr double kClose = 1e-9;
 
 double TurnApart(double one, double other) { return std::abs(std::remainder(one - other, 2 * M_PI)); }
 
@@ -119,11 +117,11 @@ TEST(ChainSolver, BringsTheToolThereOnRandomChainsOfEachClass) {
 
 TEST(ChainSolver, TakesTheBranchNearestToNominalAndItsWholeTurn) {
   const ChainSolver solver = Solver(Sarix());
-  const ToolTarget target = TargetAt(solver.chain(), {}, Values({20 * kDeg, 40 * kDeg, 1, 2, 3}));
+  const ToolTarget target = TargetAt(solver.chain(), {}, Values({20 * kRadPerDeg, 40 * kRadPerDeg, 1, 2, 3}));
   const auto angles = [&](double a_deg, double b_deg) {
-    const auto solved = solver.Solve(target, Values({a_deg * kDeg, b_deg * kDeg, 0, 0, 0}));
+    const auto solved = solver.Solve(target, Values({a_deg * kRadPerDeg, b_deg * kRadPerDeg, 0, 0, 0}));
     EXPECT_TRUE(solved.ok()) << solved.status();
-    return std::pair(solved->commanded(0) / kDeg, solved->commanded(1) / kDeg);
+    return std::pair(solved->commanded(0) / kRadPerDeg, solved->commanded(1) / kRadPerDeg);
   };
   const auto near = angles(25, 30), other = angles(150, 200), wound = angles(10, 700);
   EXPECT_NEAR(near.first, 20, 1e-9);
@@ -137,27 +135,27 @@ TEST(ChainSolver, TakesTheBranchNearestToNominalAndItsWholeTurn) {
 TEST(ChainSolver, KeepsWholeTurnsWithinTheLimits) {
   const ChainSolver solver =
       Solver(Chain({Rotary("A", Vector3d::UnitY(), kPointC),
-                    Limited(Rotary("B", Vector3d::UnitX(), kPointC), -100 * kDeg, 500 * kDeg)},
+                    Limited(Rotary("B", Vector3d::UnitX(), kPointC), -100 * kRadPerDeg, 500 * kRadPerDeg)},
                    {Linear("X", Vector3d::UnitX()), Linear("Y", Vector3d::UnitY()), Linear("Z", Vector3d::UnitZ())}));
-  const ToolTarget target = TargetAt(solver.chain(), {}, Values({20 * kDeg, 40 * kDeg, 1, 2, 3}));
-  const auto solved = solver.Solve(target, Values({20 * kDeg, 1100 * kDeg, 0, 0, 0}));
+  const ToolTarget target = TargetAt(solver.chain(), {}, Values({20 * kRadPerDeg, 40 * kRadPerDeg, 1, 2, 3}));
+  const auto solved = solver.Solve(target, Values({20 * kRadPerDeg, 1100 * kRadPerDeg, 0, 0, 0}));
   ASSERT_TRUE(solved.ok()) << solved.status();
-  EXPECT_NEAR(solved->commanded(1) / kDeg, 400, 1e-9);
+  EXPECT_NEAR(solved->commanded(1) / kRadPerDeg, 400, 1e-9);
 }
 
 TEST(ChainSolver, SaysWhichLimitIsExceededAndByHowMuch) {
   const ChainSolver solver =
-      Solver(Chain({Limited(Rotary("A", Vector3d::UnitY(), kPointC), -10 * kDeg, 10 * kDeg),
-                    Limited(Rotary("B", Vector3d::UnitX(), kPointC), -300 * kDeg, 300 * kDeg)},
+      Solver(Chain({Limited(Rotary("A", Vector3d::UnitY(), kPointC), -10 * kRadPerDeg, 10 * kRadPerDeg),
+                    Limited(Rotary("B", Vector3d::UnitX(), kPointC), -300 * kRadPerDeg, 300 * kRadPerDeg)},
                    {Linear("X", Vector3d::UnitX()), Linear("Y", Vector3d::UnitY()), Linear("Z", Vector3d::UnitZ())}));
-  const ToolTarget target = TargetAt(solver.chain(), {}, Values({20 * kDeg, 40 * kDeg, 1, 2, 3}));
+  const ToolTarget target = TargetAt(solver.chain(), {}, Values({20 * kRadPerDeg, 40 * kRadPerDeg, 1, 2, 3}));
   const auto refused = solver.Solve(target, VectorXd::Zero(5)).status();
   EXPECT_EQ(refused.code(), absl::StatusCode::kOutOfRange);
   EXPECT_THAT(ViolationsOf(refused), ::testing::ElementsAre(Violation{"A", "20 deg, 10 deg beyond", "-10 to 10 deg"}));
 }
 
 TEST(ChainSolver, TakesTheOtherBranchWhereALinearJointDoesNotReach) {
-  const VectorXd at = Values({20 * kDeg, 40 * kDeg, 100, 50, 30});
+  const VectorXd at = Values({20 * kRadPerDeg, 40 * kRadPerDeg, 100, 50, 30});
   const ToolTarget target = TargetAt(Sarix(), {}, at);
   const auto both = Solver(Sarix()).SolveBranches(target, at);
   ASSERT_TRUE(both.ok());
@@ -173,7 +171,7 @@ TEST(ChainSolver, TakesTheOtherBranchWhereALinearJointDoesNotReach) {
   const auto other = with(other_x - 1, other_x + 1);
   ASSERT_TRUE(other.ok()) << other.status();
   EXPECT_NEAR(other->commanded(2), other_x, kClose);
-  EXPECT_NEAR(other->commanded(0) / kDeg, 160, 1e-9);
+  EXPECT_NEAR(other->commanded(0) / kRadPerDeg, 160, 1e-9);
   const auto none = with(near_x + 2, near_x + 3).status();
   EXPECT_EQ(none.code(), absl::StatusCode::kOutOfRange);
   EXPECT_THAT(std::string(none.message()), HasSubstr("X: 100 mm, 2 mm beyond, want 102 to 103 mm"));
@@ -181,7 +179,7 @@ TEST(ChainSolver, TakesTheOtherBranchWhereALinearJointDoesNotReach) {
 
 // A group's holes have one axis: the rotary joints stand still, and the branch is one that all tips allow.
 TEST(ChainSolver, SolvesAGroupInOnePose) {
-  const VectorXd at = Values({20 * kDeg, 40 * kDeg, 100, 50, 30});
+  const VectorXd at = Values({20 * kRadPerDeg, 40 * kRadPerDeg, 100, 50, 30});
   const ToolTarget target = TargetAt(Sarix(), {}, at);
   const std::vector<Vector3d> tips = {target.tip_in_zero_mm, target.tip_in_zero_mm + Vector3d(40, 0, 0)};
   const auto free = Solver(Sarix()).SolveGroup(tips, target.axis_in_zero, at);
@@ -209,24 +207,24 @@ TEST(ChainSolver, HolesAlongCLeaveCNominal) {
   const ChainSolver solver = Solver(TiltRotaryTable(100));
   for (const double c_deg : {0.0, 77.0, -400.0}) {
     const ToolTarget target{{30, 20, 10}, Vector3d::UnitZ()};
-    const auto solved = solver.Solve(target, Values({0, 0, 5 * kDeg, c_deg * kDeg, 0}));
+    const auto solved = solver.Solve(target, Values({0, 0, 5 * kRadPerDeg, c_deg * kRadPerDeg, 0}));
     ASSERT_TRUE(solved.ok()) << solved.status();
     EXPECT_EQ(solved->loose_joint, 3);
-    EXPECT_EQ(solved->commanded(3), c_deg * kDeg);
+    EXPECT_EQ(solved->commanded(3), c_deg * kRadPerDeg);
     EXPECT_NEAR(solved->commanded(2), 0, 1e-12);
     EXPECT_LT(ArrivalOf(solver.chain(), {}, target, solved->reached).off_mm, kClose);
     EXPECT_LT(ArrivalOf(solver.chain(), {}, target, solved->reached).off_rad, kClose);
   }
   // A thousandth of a degree off C swings in full where no tilt is allowed, and stays where it is.
-  const Vector3d off(0, std::sin(1e-3 * kDeg), std::cos(1e-3 * kDeg));
-  const auto exact = solver.Solve({{30, 20, 10}, off}, Values({0, 0, 0, 10 * kDeg, 0}));
-  const auto held = solver.Solve({{30, 20, 10}, off}, Values({0, 0, 0, 10 * kDeg, 0}), 2e-3 * kDeg);
+  const Vector3d off(0, std::sin(1e-3 * kRadPerDeg), std::cos(1e-3 * kRadPerDeg));
+  const auto exact = solver.Solve({{30, 20, 10}, off}, Values({0, 0, 0, 10 * kRadPerDeg, 0}));
+  const auto held = solver.Solve({{30, 20, 10}, off}, Values({0, 0, 0, 10 * kRadPerDeg, 0}), 2e-3 * kRadPerDeg);
   ASSERT_TRUE(exact.ok() && held.ok());
-  EXPECT_NEAR(std::abs(exact->commanded(3)) / kDeg, 90, 1e-6);
+  EXPECT_NEAR(std::abs(exact->commanded(3)) / kRadPerDeg, 90, 1e-6);
   EXPECT_EQ(exact->loose_joint, std::nullopt);
-  EXPECT_EQ(held->commanded(3), 10 * kDeg);
+  EXPECT_EQ(held->commanded(3), 10 * kRadPerDeg);
   EXPECT_EQ(held->loose_joint, 3);
-  EXPECT_LT(held->tilt_rad, 1e-3 * kDeg);
+  EXPECT_LT(held->tilt_rad, 1e-3 * kRadPerDeg);
 }
 
 // C nods to 45 deg and no farther: 70 deg from Z nothing reaches; a hair beyond it the allowed tilt does.
@@ -236,23 +234,23 @@ TEST(ChainSolver, SaysByWhatAngleADirectionIsOutOfReach) {
                                           {Linear("X", Vector3d::UnitX()), Linear("Y", Vector3d::UnitY()),
                                            Linear("Z", Vector3d::UnitZ()), Rotary("B", nutating, {0, 0, 50})}));
   const auto at = [](double from_z_deg) {
-    return ToolTarget{{5, 6, 7}, {std::sin(from_z_deg * kDeg), 0, std::cos(from_z_deg * kDeg)}};
+    return ToolTarget{{5, 6, 7}, {std::sin(from_z_deg * kRadPerDeg), 0, std::cos(from_z_deg * kRadPerDeg)}};
   };
   EXPECT_TRUE(solver.Solve(at(89.9), VectorXd::Zero(5)).ok());
   const auto refused = solver.Solve(at(93), VectorXd::Zero(5)).status();
   EXPECT_EQ(refused.code(), absl::StatusCode::kOutOfRange);
   EXPECT_THAT(std::string(refused.message()), HasSubstr("3 deg from the nearest within reach"));
   EXPECT_THAT(std::string(refused.message()), HasSubstr("C, B"));
-  const auto tilted = solver.Solve(at(90.01), VectorXd::Zero(5), 0.02 * kDeg);
+  const auto tilted = solver.Solve(at(90.01), VectorXd::Zero(5), 0.02 * kRadPerDeg);
   ASSERT_TRUE(tilted.ok()) << tilted.status();
-  EXPECT_NEAR(tilted->tilt_rad / kDeg, 0.01, 1e-9);
-  EXPECT_NEAR(ArrivalOf(solver.chain(), {}, at(90.01), tilted->reached).off_rad / kDeg, 0.01, 1e-9);
+  EXPECT_NEAR(tilted->tilt_rad / kRadPerDeg, 0.01, 1e-9);
+  EXPECT_NEAR(ArrivalOf(solver.chain(), {}, at(90.01), tilted->reached).off_rad / kRadPerDeg, 0.01, 1e-9);
   EXPECT_LT(ArrivalOf(solver.chain(), {}, at(90.01), tilted->reached).off_mm, kClose);
-  EXPECT_FALSE(solver.Solve(at(90.01), VectorXd::Zero(5), 0.005 * kDeg).ok());
+  EXPECT_FALSE(solver.Solve(at(90.01), VectorXd::Zero(5), 0.005 * kRadPerDeg).ok());
 }
 
 TEST(ChainSolver, CommandsByTheTablesReachTheTarget) {
-  Joint a = Limited(Rotary("A", Vector3d::UnitY(), kPointC), -100 * kDeg, 100 * kDeg);
+  Joint a = Limited(Rotary("A", Vector3d::UnitY(), kPointC), -100 * kRadPerDeg, 100 * kRadPerDeg);
   a.table = AngleTable{{1e-3, 3e-3, -2e-3, 0}, {-1e-3, 1e-3, -4e-3, 0}};
   Joint b = Rotary("B", Vector3d::UnitX(), kPointC);
   b.sign = -1;
@@ -262,21 +260,21 @@ TEST(ChainSolver, CommandsByTheTablesReachTheTarget) {
   ChainSolverOptions options;
   options.travel = {Travel::kForward, Travel::kBackward, Travel::kUnknown, Travel::kUnknown, Travel::kUnknown};
   const ChainSolver solver = Solver(chain, options);
-  const VectorXd nominal = Values({50 * kDeg, 500 * kDeg, 0, 0, 0});
-  const ToolTarget target = TargetAt(chain, {}, Values({55 * kDeg, 130 * kDeg, 4, 5, 6}));
+  const VectorXd nominal = Values({50 * kRadPerDeg, 500 * kRadPerDeg, 0, 0, 0});
+  const ToolTarget target = TargetAt(chain, {}, Values({55 * kRadPerDeg, 130 * kRadPerDeg, 4, 5, 6}));
   const auto solved = solver.Solve(target, nominal);
   ASSERT_TRUE(solved.ok()) << solved.status();
   const VectorXd reached = chain.Reached(solved->commanded, options.travel);
   EXPECT_GT((solved->commanded - reached).head<2>().cwiseAbs().minCoeff(), 1e-4);
   EXPECT_LT(ArrivalOf(chain, {}, target, reached).off_mm, kClose);
   EXPECT_LT(ArrivalOf(chain, {}, target, reached).off_rad, kClose);
-  EXPECT_NEAR(solved->commanded(1) / kDeg, 490, 1);
+  EXPECT_NEAR(solved->commanded(1) / kRadPerDeg, 490, 1);
   // The table reaches 100.1 deg at a command of 100: limits are of commands.
-  const VectorXd end = Values({100 * kDeg, 0, 0, 0, 0});
+  const VectorXd end = Values({100 * kRadPerDeg, 0, 0, 0, 0});
   const auto at_end = solver.Solve(TargetAt(chain, {}, chain.Reached(end, options.travel)), end);
   ASSERT_TRUE(at_end.ok()) << at_end.status();
   EXPECT_TRUE(chain.CheckLimits(at_end->commanded).ok());
-  EXPECT_NEAR(at_end->commanded(0) / kDeg, 100, 1e-9);
+  EXPECT_NEAR(at_end->commanded(0) / kRadPerDeg, 100, 1e-9);
 }
 
 // W lies along Z in the spindle: what it is held at, Z gives.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "metrology/frames/angles.h"
 #include "refusal/refusal.h"
 #include "tests/metrology/kinematics/machine_chains.h"
 
@@ -16,26 +17,26 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using ::testing::HasSubstr;
 
-constexpr double kClose = 1e-9;
 constexpr int kB = 2, kC = 3;  // of NRC's table
 
 JointChain Table(double b_least_deg, double b_most_deg, double c_least_deg, double c_most_deg) {
-  return Chain({Linear("X", Vector3d::UnitX()), Linear("Y", Vector3d::UnitY()),
-                Limited(Rotary("B", Vector3d::UnitY(), {0, 0, -100}), b_least_deg * kDeg, b_most_deg * kDeg),
-                Limited(Rotary("C", Vector3d::UnitZ(), {0, 0, 0}), c_least_deg * kDeg, c_most_deg * kDeg)},
-               {Linear("Z", Vector3d::UnitZ())});
+  return Chain(
+      {Linear("X", Vector3d::UnitX()), Linear("Y", Vector3d::UnitY()),
+       Limited(Rotary("B", Vector3d::UnitY(), {0, 0, -100}), b_least_deg * kRadPerDeg, b_most_deg * kRadPerDeg),
+       Limited(Rotary("C", Vector3d::UnitZ(), {0, 0, 0}), c_least_deg * kRadPerDeg, c_most_deg * kRadPerDeg)},
+      {Linear("Z", Vector3d::UnitZ())});
 }
 // From C's axis, so far and at that azimuth; the tip goes along.
 ToolTarget Off(double from_c_deg, double azimuth_deg) {
-  const double t = from_c_deg * kDeg, z = azimuth_deg * kDeg;
+  const double t = from_c_deg * kRadPerDeg, z = azimuth_deg * kRadPerDeg;
   const Vector3d v(std::sin(t) * std::cos(z), std::sin(t) * std::sin(z), std::cos(t));
   return {Vector3d(20, 10, 5) + 30 * v, v};
 }
 Continuity Steps(double rotary_deg, double allowed_tilt_deg = 0) {
   Continuity continuity;
-  continuity.rotary_rad.always = rotary_deg * kDeg;
+  continuity.rotary_rad.always = rotary_deg * kRadPerDeg;
   continuity.linear_mm.always = 300;
-  continuity.allowed_tilt_rad = allowed_tilt_deg * kDeg;
+  continuity.allowed_tilt_rad = allowed_tilt_deg * kRadPerDeg;
   return continuity;
 }
 
@@ -65,12 +66,12 @@ TEST(ChainTrajectory, WindsOnWhereSingleTargetsWouldJumpBack) {
   const ChainSolver solver = Solver(Table(-120, 120, -1000, 1000));
   std::vector<ToolTarget> targets;
   for (int i = 0; i <= 100; ++i) targets.push_back(Off(30, 5 * i));
-  const VectorXd nominal = Values({0, 0, -30 * kDeg, 0, 0});
+  const VectorXd nominal = Values({0, 0, -30 * kRadPerDeg, 0, 0});
   const Solutions solved = Solved(solver, targets, nominal, Steps(6));
   ASSERT_EQ(solved.size(), 101U);
-  EXPECT_NEAR(std::abs(solved.back().reached(kC) - solved.front().reached(kC)) / kDeg, 500, 1e-6);
+  EXPECT_NEAR(std::abs(solved.back().reached(kC) - solved.front().reached(kC)) / kRadPerDeg, 500, 1e-6);
   // One by one they stay within a turn of nominal.
-  EXPECT_LT(std::abs(solver.Solve(targets.back(), nominal)->reached(kC)) / kDeg, 181);
+  EXPECT_LT(std::abs(solver.Solve(targets.back(), nominal)->reached(kC)) / kRadPerDeg, 181);
 }
 
 // From nominal C could go 200 deg either way; 300 deg are there only from the other branch.
@@ -78,24 +79,24 @@ TEST(ChainTrajectory, BeginsWhereTheWholeWayIsWithinTheLimits) {
   const ChainSolver solver = Solver(Table(-120, 120, -200, 200));
   std::vector<ToolTarget> targets;
   for (int i = 0; i <= 60; ++i) targets.push_back(Off(30, 5 * i));
-  const VectorXd nominal = Values({0, 0, -30 * kDeg, 0, 0});
+  const VectorXd nominal = Values({0, 0, -30 * kRadPerDeg, 0, 0});
   EXPECT_NEAR(solver.Solve(targets.front(), nominal)->reached(kC), 0, kClose);
   const Solutions solved = Solved(solver, targets, nominal, Steps(6));
   ASSERT_EQ(solved.size(), 61U);
-  EXPECT_NEAR(solved.front().reached(kC) / kDeg, 180, 1e-6);
-  EXPECT_NEAR(solved.back().reached(kC) / kDeg, -120, 1e-6);
+  EXPECT_NEAR(solved.front().reached(kC) / kRadPerDeg, 180, 1e-6);
+  EXPECT_NEAR(solved.back().reached(kC) / kRadPerDeg, -120, 1e-6);
 }
 
 TEST(ChainTrajectory, GoesStraightThroughTheAxisByTheOtherBranch) {
   const ChainSolver solver = Solver(Table(-120, 120, -200, 200));
   std::vector<ToolTarget> targets;
   for (int i = -10; i <= 10; ++i) targets.push_back(Off(i, 70));
-  const Solutions solved = Solved(solver, targets, Values({0, 0, 0, -70 * kDeg, 0}), Steps(2));
+  const Solutions solved = Solved(solver, targets, Values({0, 0, 0, -70 * kRadPerDeg, 0}), Steps(2));
   ASSERT_EQ(solved.size(), 21U);
   EXPECT_EQ(solved[10].loose_joint, kC);
   EXPECT_EQ(solved[9].loose_joint, std::nullopt);
-  for (const ChainSolution& at : solved) EXPECT_NEAR(at.reached(kC) / kDeg, -70, 1e-6);
-  EXPECT_NEAR((solved[20].reached(kB) - solved[0].reached(kB)) / kDeg, -20, 1e-6);
+  for (const ChainSolution& at : solved) EXPECT_NEAR(at.reached(kC) / kRadPerDeg, -70, 1e-6);
+  EXPECT_NEAR((solved[20].reached(kB) - solved[0].reached(kB)) / kRadPerDeg, -20, 1e-6);
 }
 
 // In along one azimuth, along the axis, out along another: C turns there, evenly.
@@ -105,10 +106,11 @@ TEST(ChainTrajectory, TurnsTheFreeAxisEvenlyBetweenItsNeighbours) {
   for (int i = 5; i > 0; --i) targets.push_back(Off(i, 180));
   for (int i = 0; i < 3; ++i) targets.push_back(Off(0, 0));
   for (int i = 1; i <= 5; ++i) targets.push_back(Off(i, 60));
-  const VectorXd nominal = Values({0, 0, 5 * kDeg, 0, 0});
+  const VectorXd nominal = Values({0, 0, 5 * kRadPerDeg, 0, 0});
   const Solutions solved = Solved(solver, targets, nominal, Steps(16));
   ASSERT_EQ(solved.size(), 13U);
-  for (int i = 0; i < 4; ++i) EXPECT_NEAR(solved[static_cast<size_t>(5 + i)].reached(kC) / kDeg, -15 - 15 * i, 1e-6);
+  for (int i = 0; i < 4; ++i)
+    EXPECT_NEAR(solved[static_cast<size_t>(5 + i)].reached(kC) / kRadPerDeg, -15 - 15 * i, 1e-6);
   const auto refused = SolveTrajectory(solver, targets, nominal, Steps(14)).status();
   EXPECT_EQ(refused.code(), absl::StatusCode::kOutOfRange);
   const auto violations = ViolationsOf(refused);
@@ -123,7 +125,7 @@ TEST(ChainTrajectory, PassesNearTheAxisByATiltThatIsAllowed) {
   const ChainSolver solver = Solver(Table(-120, 120, -400, 400));
   std::vector<ToolTarget> targets;
   for (int i = -5; i <= 5; ++i)
-    targets.push_back(Off(std::hypot(i, 0.01), std::atan2(0.01, static_cast<double>(i)) / kDeg));
+    targets.push_back(Off(std::hypot(i, 0.01), std::atan2(0.01, static_cast<double>(i)) / kRadPerDeg));
   const VectorXd nominal = VectorXd::Zero(5);
   const auto refused = SolveTrajectory(solver, targets, nominal, Steps(3)).status();
   EXPECT_EQ(refused.code(), absl::StatusCode::kOutOfRange);
@@ -131,7 +133,7 @@ TEST(ChainTrajectory, PassesNearTheAxisByATiltThatIsAllowed) {
   const Solutions solved = Solved(solver, targets, nominal, Steps(3, 0.05));
   ASSERT_EQ(solved.size(), 11U);
   EXPECT_EQ(solved[5].loose_joint, kC);
-  EXPECT_NEAR(solved[5].tilt_rad / kDeg, 0.01, 1e-3);
+  EXPECT_NEAR(solved[5].tilt_rad / kRadPerDeg, 0.01, 1e-3);
   EXPECT_EQ(solved[4].tilt_rad, 0);
 }
 
@@ -155,9 +157,9 @@ TEST(ChainTrajectory, SaysWhereAndByHowMuchItWouldJump) {
 TEST(ChainTrajectory, HoldsTheFreeAxisAtTheEnds) {
   const ChainSolver solver = Solver(Table(-120, 120, -200, 200));
   const std::vector<ToolTarget> along(4, Off(0, 0));
-  const VectorXd nominal = Values({0, 0, 0, 33 * kDeg, 0});
+  const VectorXd nominal = Values({0, 0, 0, 33 * kRadPerDeg, 0});
   for (const ChainSolution& at : Solved(solver, along, nominal, Steps(3))) {
-    EXPECT_EQ(at.reached(kC), 33 * kDeg);
+    EXPECT_EQ(at.reached(kC), 33 * kRadPerDeg);
     EXPECT_EQ(at.loose_joint, kC);
   }
   std::vector<ToolTarget> targets = along;
@@ -167,8 +169,8 @@ TEST(ChainTrajectory, HoldsTheFreeAxisAtTheEnds) {
   const Solutions in = Solved(solver, targets, nominal, Steps(3));
   ASSERT_TRUE(out.size() == 8 && in.size() == 8);
   for (size_t i = 0; i < 8; ++i) {
-    EXPECT_NEAR(out[i].reached(kC) / kDeg, 20, 1e-6);
-    EXPECT_NEAR(in[i].reached(kC) / kDeg, 20, 1e-6);
+    EXPECT_NEAR(out[i].reached(kC) / kRadPerDeg, 20, 1e-6);
+    EXPECT_NEAR(in[i].reached(kC) / kRadPerDeg, 20, 1e-6);
   }
 }
 
@@ -178,7 +180,7 @@ TEST(ChainTrajectory, TravelsLeastOfAllWays) {
   std::uniform_real_distribution<double> turn(-M_PI, M_PI), move(-0.6, 0.6);
   int compared = 0;
   for (int round = 0; round < 60; ++round) {
-    const double limit = (round % 2 == 0 ? 200 : 400) * kDeg;
+    const double limit = (round % 2 == 0 ? 200 : 400) * kRadPerDeg;
     std::vector<Joint> part_side = {Limited(Rotary("A", RandomDirection(random), {1, 2, 3}), -limit, limit)},
                        tool_side = {Linear("X", Vector3d::UnitX()), Linear("Y", Vector3d::UnitY()),
                                     Linear("Z", Vector3d::UnitZ()),
@@ -241,9 +243,9 @@ TEST(ChainTrajectory, TakesTheShortWayWhereStepsAreLong) {
   std::vector<ToolTarget> targets;
   for (int i = 0; i < 20; ++i) targets.push_back(Off(30, 10 * i));
   const auto solved =
-      SolveTrajectory(Solver(TiltRotaryTable(100)), targets, Values({0, 0, -30 * kDeg, 0, 0}), Steps(1e9));
+      SolveTrajectory(Solver(TiltRotaryTable(100)), targets, Values({0, 0, -30 * kRadPerDeg, 0, 0}), Steps(1e9));
   ASSERT_TRUE(solved.ok()) << solved.status();
-  EXPECT_NEAR(std::abs(solved->back().reached(kC) - solved->front().reached(kC)) / kDeg, 190, 1e-6);
+  EXPECT_NEAR(std::abs(solved->back().reached(kC) - solved->front().reached(kC)) / kRadPerDeg, 190, 1e-6);
 }
 
 TEST(ChainTrajectory, NamesTheTargetThatIsRefused) {

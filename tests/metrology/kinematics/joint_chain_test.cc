@@ -5,54 +5,21 @@
 
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "metrology/kinematics/rotary_axes.h"
+#include "tests/metrology/kinematics/machine_chains.h"
 
 namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
-constexpr double kDeg = M_PI / 180;
 
-Joint Linear(const std::string& axis, const Vector3d& direction) {
-  Joint joint;
-  joint.axis = axis;
-  joint.motion = {JointKind::kLinear, {direction, Vector3d::Zero()}};
-  return joint;
-}
-Joint Rotary(const std::string& axis, const Vector3d& direction, const Vector3d& point_mm, double sign = 1) {
-  Joint joint;
-  joint.axis = axis;
-  joint.motion = {JointKind::kRotary, {direction, point_mm}};
-  joint.sign = sign;
-  return joint;
-}
-JointChain Chain(std::vector<Joint> part_side, std::vector<Joint> tool_side) {
-  auto chain = JointChain::Make(std::move(part_side), std::move(tool_side));
-  EXPECT_TRUE(chain.ok()) << chain.status();
-  return *std::move(chain);
-}
-Eigen::VectorXd Values(std::vector<double> values) {
-  return Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
-const Vector3d kPointC(26.6264, 54.8357, -193.1341);  // the paper's
-
-// The SARIX: A about Y carries B about X; X, Y, Z move the tool.
-JointChain Sarix() {
-  Joint a = Rotary("A", Vector3d::UnitY(), kPointC);
-  a.minimum = -100 * kDeg;
-  a.maximum = 100 * kDeg;
-  return Chain({a, Rotary("B", Vector3d::UnitX(), kPointC)},
+// A about Y, of so many degrees, carries B about X; X, Y, Z move the tool.
+JointChain SarixWithLimits() {
+  return Chain({Limited(Rotary("A", Vector3d::UnitY(), kPointC), -100 * kRadPerDeg, 100 * kRadPerDeg),
+                Rotary("B", Vector3d::UnitX(), kPointC)},
                {Linear("X", Vector3d::UnitX()), Linear("Y", Vector3d::UnitY()), Linear("Z", Vector3d::UnitZ())});
-}
-
-// NRC's tilt-rotary table: X carries Y carries B (about Y) carries C (about Z); Z moves the tool. At rest the tool's frame and
-// the workpiece's are one; B lies z12 below their origin.
-JointChain TiltRotaryTable(double z12_mm) {
-  return Chain({Linear("X", Vector3d::UnitX()), Linear("Y", Vector3d::UnitY()),
-                Rotary("B", Vector3d::UnitY(), {0, 0, -z12_mm}), Rotary("C", Vector3d::UnitZ(), {0, 0, 0})},
-               {Linear("Z", Vector3d::UnitZ())});
 }
 
 // Nothing of it is along a machine axis, and no two axes meet.
@@ -178,9 +145,9 @@ TEST(JointChain, RotaryAxesKeepTheirBits) {
 }
 
 TEST(JointChain, LimitsAreCheckedByName) {
-  const JointChain chain = Sarix();
-  EXPECT_TRUE(chain.CheckLimits(Values({-100 * kDeg, 50, 0, 0, 0})).ok());
-  const absl::Status over = chain.CheckLimits(Values({100.5 * kDeg, 0, 0, 0, 0}));
+  const JointChain chain = SarixWithLimits();
+  EXPECT_TRUE(chain.CheckLimits(Values({-100 * kRadPerDeg, 50, 0, 0, 0})).ok());
+  const absl::Status over = chain.CheckLimits(Values({100.5 * kRadPerDeg, 0, 0, 0, 0}));
   EXPECT_EQ(over.code(), absl::StatusCode::kOutOfRange);
   EXPECT_EQ(over.message(), "A: 100.5 deg, want -100 to 100 deg");
   EXPECT_THAT(std::string(chain.CheckLimits(Values({0, 0, std::nan(""), 0, 0})).message()), HasSubstr("X: NaN mm"));
@@ -213,11 +180,11 @@ TEST(JointChain, RefusesWhatIsNoMachine) {
 
 TEST(AngleTable, IsLinearBetweenItsValuesAndPeriodic) {
   const AngleTable table{{0, 1e-4, 2e-4, -1e-4}, {1e-4, 1e-4, 0, 0}};
-  EXPECT_DOUBLE_EQ(table.ErrorAt(45 * kDeg, Travel::kForward), 0.5e-4);
-  EXPECT_NEAR(table.ErrorAt(315 * kDeg, Travel::kForward), -0.5e-4, 1e-18);
-  EXPECT_NEAR(table.ErrorAt(-45 * kDeg, Travel::kForward), -0.5e-4, 1e-18);
-  EXPECT_NEAR(table.ErrorAt(45 * kDeg + 6 * M_PI, Travel::kBackward), 1e-4, 1e-18);
-  EXPECT_NEAR(table.ErrorAt(135 * kDeg, Travel::kUnknown), (1.5e-4 + 0.5e-4) / 2, 1e-18);
+  EXPECT_DOUBLE_EQ(table.ErrorAt(45 * kRadPerDeg, Travel::kForward), 0.5e-4);
+  EXPECT_NEAR(table.ErrorAt(315 * kRadPerDeg, Travel::kForward), -0.5e-4, 1e-18);
+  EXPECT_NEAR(table.ErrorAt(-45 * kRadPerDeg, Travel::kForward), -0.5e-4, 1e-18);
+  EXPECT_NEAR(table.ErrorAt(45 * kRadPerDeg + 6 * M_PI, Travel::kBackward), 1e-4, 1e-18);
+  EXPECT_NEAR(table.ErrorAt(135 * kRadPerDeg, Travel::kUnknown), (1.5e-4 + 0.5e-4) / 2, 1e-18);
   for (const double angle : {-7.0, 0.1, 3.0}) {
     const double command = table.CommandFor(angle, Travel::kBackward);
     EXPECT_NEAR(table.Reached(command, Travel::kBackward), angle, 1e-14);

@@ -8,11 +8,13 @@
 #include <utility>
 #include <vector>
 
+#include "metrology/frames/angles.h"
 #include "metrology/kinematics/chain_solver.h"
 
 namespace sixpoint::metrology {
 
-inline constexpr double kDeg = M_PI / 180;
+// Rounding of a few hundred mm through a dozen products is 1e-12; the goal is 1e-9.
+inline constexpr double kClose = 1e-9;
 
 inline Joint Linear(const std::string& axis, const Eigen::Vector3d& direction) {
   Joint joint;
@@ -20,10 +22,12 @@ inline Joint Linear(const std::string& axis, const Eigen::Vector3d& direction) {
   joint.motion = {JointKind::kLinear, {direction, Eigen::Vector3d::Zero()}};
   return joint;
 }
-inline Joint Rotary(const std::string& axis, const Eigen::Vector3d& direction, const Eigen::Vector3d& point_mm) {
+inline Joint Rotary(const std::string& axis, const Eigen::Vector3d& direction, const Eigen::Vector3d& point_mm,
+                    double sign = 1) {
   Joint joint;
   joint.axis = axis;
   joint.motion = {JointKind::kRotary, {direction, point_mm}};
+  joint.sign = sign;
   return joint;
 }
 inline Joint Limited(Joint joint, double minimum, double maximum) {
@@ -49,6 +53,7 @@ inline JointChain Sarix() {
 }
 
 // NRC's: X carries Y carries B (about Y) carries C (about Z); Z moves the tool. Commands: X, Y, B, C, Z.
+// At rest the tool's frame and the workpiece's are one; B lies z12 below their origin.
 inline JointChain TiltRotaryTable(double z12_mm) {
   return Chain(
       {Linear("X", Eigen::Vector3d::UnitX()), Linear("Y", Eigen::Vector3d::UnitY()),
@@ -74,7 +79,7 @@ inline JointChain RandomChain(int rotary_on_part, std::mt19937_64& random) {
   do {
     first = RandomDirection(random);
     second = RandomDirection(random);
-  } while (first.cross(second).norm() < std::sin(15 * kDeg));
+  } while (first.cross(second).norm() < std::sin(15 * kRadPerDeg));
   std::vector<Joint> sides[2];
   sides[rotary_on_part > 0 ? 0 : 1].push_back(Rotary("B", first, point()));
   sides[rotary_on_part > 1 ? 0 : 1].push_back(Rotary("C", second, point()));

@@ -3,16 +3,13 @@
 
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "metrology/measuring_plan/measuring_plan.h"
 #include "refusal/refusal.h"
 #include "tests/metrology/measuring_plan/plan_scenes.h"
 
 namespace sixpoint::metrology {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
-// 12,000 systematic samples, and what the facets of a mesh take from a round surface.
-constexpr double kShare = 0.005;
 
 MeasuringPlan PlanOf(const PlanTask& task) {
   auto plan = MakeMeasuringPlan(task);

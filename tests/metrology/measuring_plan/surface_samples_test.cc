@@ -5,15 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "tests/metrology/measuring_plan/plan_scenes.h"
 
 namespace sixpoint::metrology {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
-
-// Systematic samples of 10,000: a share is true within far less than a half by the root of 10,000.
-constexpr double kShare = 0.005;
 
 TEST(SurfaceSamples, AreAsManyAsAskedAndEachOfTheSameArea) {
   const TriangleMesh mesh = SphereMesh(10, 40);

@@ -35,7 +35,7 @@ void ExpectEqual(const TriangleMesh& a, const TriangleMesh& b) {
   EXPECT_EQ(a.closed, b.closed);
 }
 
-std::string MessageOf(const std::string& bytes) { return std::string(MeshFromBytes(bytes).status().message()); }
+std::string MessageOfBytes(const std::string& bytes) { return std::string(MeshFromBytes(bytes).status().message()); }
 
 template <typename T>
 std::string With(std::string bytes, std::size_t offset, T value) {
@@ -66,7 +66,7 @@ TEST(MeshBytes, RefusesEveryTruncationAndAnyBytesAfter) {
   const std::string bytes = MeshBytes(FullMesh());
   for (std::size_t size = 0; size < bytes.size(); ++size)
     ASSERT_EQ(MeshFromBytes(bytes.substr(0, size)).status().code(), absl::StatusCode::kInvalidArgument) << size;
-  EXPECT_THAT(MessageOf(bytes + "x"), HasSubstr("mesh.size"));
+  EXPECT_THAT(MessageOfBytes(bytes + "x"), HasSubstr("mesh.size"));
 }
 
 TEST(MeshBytes, RefusesCountsThatTheBytesCannotHoldBeforeAllocating) {
@@ -80,14 +80,15 @@ TEST(MeshBytes, RefusesCountsThatTheBytesCannotHoldBeforeAllocating) {
 
 TEST(MeshBytes, NamesWhatIsWrong) {
   const std::string bytes = MeshBytes(FullMesh());
-  EXPECT_THAT(MessageOf("PLY"), HasSubstr("mesh.magic"));
-  EXPECT_THAT(MessageOf(With(bytes, 8, std::uint32_t{2})), HasSubstr("mesh.version: 2, want 1"));
-  EXPECT_THAT(MessageOf(With(bytes, 12, std::uint32_t{32})), HasSubstr("mesh.flags: 32, want 0 to 31"));
-  EXPECT_THAT(MessageOf(With(bytes, 32, std::numeric_limits<double>::quiet_NaN())), HasSubstr("mesh.chordal_error_um"));
-  EXPECT_THAT(MessageOf(With(bytes, 40, std::numeric_limits<double>::infinity())), HasSubstr("mesh.vertices_mm"));
-  EXPECT_THAT(MessageOf(With(bytes, 40 + 4 * 24, std::uint32_t{4})),
+  EXPECT_THAT(MessageOfBytes("PLY"), HasSubstr("mesh.magic"));
+  EXPECT_THAT(MessageOfBytes(With(bytes, 8, std::uint32_t{2})), HasSubstr("mesh.version: 2, want 1"));
+  EXPECT_THAT(MessageOfBytes(With(bytes, 12, std::uint32_t{32})), HasSubstr("mesh.flags: 32, want 0 to 31"));
+  EXPECT_THAT(MessageOfBytes(With(bytes, 32, std::numeric_limits<double>::quiet_NaN())),
+              HasSubstr("mesh.chordal_error_um"));
+  EXPECT_THAT(MessageOfBytes(With(bytes, 40, std::numeric_limits<double>::infinity())), HasSubstr("mesh.vertices_mm"));
+  EXPECT_THAT(MessageOfBytes(With(bytes, 40 + 4 * 24, std::uint32_t{4})),
               HasSubstr("mesh.triangles: 4, want an index below 4"));
-  EXPECT_THAT(MessageOf(With(bytes, 40 + 4 * 36, 0.5f)), HasSubstr("mesh.corner_normals"));
+  EXPECT_THAT(MessageOfBytes(With(bytes, 40 + 4 * 36, 0.5f)), HasSubstr("mesh.corner_normals"));
 }
 
 TEST(MeshBytes, SurvivesRandomDamage) {

@@ -49,7 +49,7 @@ std::string AsciiStl(const TriangleMesh& mesh) {
   return out.str();
 }
 
-std::string MessageOf(const std::string& bytes, double unit_mm = 1) {
+std::string MessageOfStl(const std::string& bytes, double unit_mm = 1) {
   const auto mesh = ReadStl(bytes, unit_mm);
   return mesh.ok() ? "read" : std::string(mesh.status().message());
 }
@@ -59,10 +59,10 @@ TEST(Stl, RefusesWhatBoundsNoBodyAndNamesThePlace) {
   fin.vertices_mm.emplace_back(0, -1, -1);
   fin.triangles.push_back({0, 1, 4});
   std::swap(turned.triangles[1][0], turned.triangles[1][1]);
-  EXPECT_THAT(MessageOf(BinaryStl(fin)), HasSubstr("1 with more than two triangles, the first at (0.5, 0, 0) mm"));
-  EXPECT_THAT(MessageOf(BinaryStl(turned)), HasSubstr("3 between triangles turned against each other"));
-  EXPECT_THAT(MessageOf(BinaryStl(Tetrahedron({2e7, 0, 0}))), HasSubstr("want at most 1e7 mm"));
-  EXPECT_THAT(MessageOf(BinaryStl(Tetrahedron({2e4, 0, 0})), 1000), HasSubstr("want at most 1e7 mm"));
+  EXPECT_THAT(MessageOfStl(BinaryStl(fin)), HasSubstr("1 with more than two triangles, the first at (0.5, 0, 0) mm"));
+  EXPECT_THAT(MessageOfStl(BinaryStl(turned)), HasSubstr("3 between triangles turned against each other"));
+  EXPECT_THAT(MessageOfStl(BinaryStl(Tetrahedron({2e7, 0, 0}))), HasSubstr("want at most 1e7 mm"));
+  EXPECT_THAT(MessageOfStl(BinaryStl(Tetrahedron({2e4, 0, 0})), 1000), HasSubstr("want at most 1e7 mm"));
 }
 
 TEST(Stl, BinaryAndAsciiGiveTheSameClosedBody) {
@@ -101,32 +101,32 @@ TEST(Stl, AnOpenSurfaceIsNotClosed) {
 
 TEST(Stl, RefusesWhatIsNoStl) {
   const std::string binary = BinaryStl(Tetrahedron()), ascii = AsciiStl(Tetrahedron());
-  EXPECT_THAT(MessageOf(""), HasSubstr("stl.size: 0"));
-  EXPECT_THAT(MessageOf(std::string(4000, 'x')), HasSubstr("stl.size: 4000"));
-  EXPECT_THAT(MessageOf(binary.substr(0, binary.size() - 1)), HasSubstr("stl."));
-  EXPECT_THAT(MessageOf(binary, 0), HasSubstr("stl.unit_mm"));
-  EXPECT_THAT(MessageOf(binary, std::numeric_limits<double>::quiet_NaN()), HasSubstr("stl.unit_mm"));
-  EXPECT_THAT(MessageOf(ascii.substr(0, ascii.size() / 2)), HasSubstr("stl.facets["));
-  EXPECT_THAT(MessageOf("solid empty\nendsolid empty\n"), HasSubstr("stl.facets"));
+  EXPECT_THAT(MessageOfStl(""), HasSubstr("stl.size: 0"));
+  EXPECT_THAT(MessageOfStl(std::string(4000, 'x')), HasSubstr("stl.size: 4000"));
+  EXPECT_THAT(MessageOfStl(binary.substr(0, binary.size() - 1)), HasSubstr("stl."));
+  EXPECT_THAT(MessageOfStl(binary, 0), HasSubstr("stl.unit_mm"));
+  EXPECT_THAT(MessageOfStl(binary, std::numeric_limits<double>::quiet_NaN()), HasSubstr("stl.unit_mm"));
+  EXPECT_THAT(MessageOfStl(ascii.substr(0, ascii.size() / 2)), HasSubstr("stl.facets["));
+  EXPECT_THAT(MessageOfStl("solid empty\nendsolid empty\n"), HasSubstr("stl.facets"));
   // A header that promises 4 billion triangles in 84 bytes.
   std::string promise = binary.substr(0, 84);
   std::memset(promise.data() + 80, 0xff, 4);
-  EXPECT_THAT(MessageOf(promise), HasSubstr("stl."));
+  EXPECT_THAT(MessageOfStl(promise), HasSubstr("stl."));
 }
 
 TEST(Stl, RefusesNumbersThatAreNotFinite) {
   for (const double value : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     TriangleMesh mesh = Tetrahedron();
     mesh.vertices_mm[3].y() = value;
-    EXPECT_THAT(MessageOf(BinaryStl(mesh)), HasSubstr("facets[1].vertex: not finite"));
-    EXPECT_THAT(MessageOf(AsciiStl(mesh)), HasSubstr("facets[1]"));
+    EXPECT_THAT(MessageOfStl(BinaryStl(mesh)), HasSubstr("facets[1].vertex: not finite"));
+    EXPECT_THAT(MessageOfStl(AsciiStl(mesh)), HasSubstr("facets[1]"));
   }
 }
 
 TEST(Stl, RefusesTrianglesWithoutAnArea) {
   TriangleMesh flat = Tetrahedron();
   for (Eigen::Vector3d& vertex : flat.vertices_mm) vertex = Eigen::Vector3d(vertex.x(), 0, 0);
-  EXPECT_THAT(MessageOf(BinaryStl(flat)), HasSubstr("none with an area"));
+  EXPECT_THAT(MessageOfStl(BinaryStl(flat)), HasSubstr("none with an area"));
 }
 
 // In a line along an edge, and on one corner: the body is as it was.

@@ -15,13 +15,13 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-const DesignPlaces& Design() {
+const DesignPlaces& PathDesign() {
   static const DesignPlaces kDesign = *SampleDesign(sixpoint::testing::LensBlade({18, 5, 24}, 140), 0.5, 2);
   return kDesign;
 }
 
 // The upper half is machined.
-std::vector<ShapeRegion> Regions() {
+std::vector<ShapeRegion> UpperHalfMachined() {
   std::vector<ShapeRegion> regions(2);
   regions[0].where.minimum_mm = Vector3d(-100, -100, 0);
   regions[1].kind = RegionKind::kFixed;
@@ -44,7 +44,7 @@ FreeFormDeformation Deformed(const Function& function) {
 // A ball of 3 mm that touches the surface, its axis 30 deg off the normal.
 std::vector<ToolPoint> Path(double least_z_mm, double most_z_mm) {
   std::vector<ToolPoint> path;
-  for (const DesignPlace& place : Design().places) {
+  for (const DesignPlace& place : PathDesign().places) {
     if (place.point_mm.z() < least_z_mm || place.point_mm.z() > most_z_mm) continue;
     const Vector3d aside = place.normal.unitOrthogonal();
     path.push_back(
@@ -58,7 +58,7 @@ TEST(AdaptPath, GoesRigidlyWithARigidMotion) {
   const Vector3d shift(0.1, -0.2, 0.3);
   const FreeFormDeformation deformation = Deformed([&](const Vector3d& p) -> Vector3d { return turn * p + shift - p; });
   const auto path = Path(1, 20);
-  const auto adapted = AdaptPath(Design(), Regions(), deformation, path, 5);
+  const auto adapted = AdaptPath(PathDesign(), UpperHalfMachined(), deformation, path, 5);
   ASSERT_TRUE(adapted.ok()) << adapted.status();
   for (std::size_t i = 0; i < path.size(); ++i) {
     EXPECT_EQ((*adapted)[i].part, 1);
@@ -71,9 +71,9 @@ TEST(AdaptPath, GoesRigidlyWithARigidMotion) {
 TEST(AdaptPath, TheBallStillTouchesTheShape) {
   const FreeFormDeformation deformation = Deformed(
       [](const Vector3d& p) { return Vector3d(0.4 * std::sin(p.z() / 8), 0.5 * std::sin(p.x() / 7), 0.02 * p.y()); });
-  const auto shape = sixpoint::testing::MovedSurface(*Design().surface, deformation);
+  const auto shape = sixpoint::testing::MovedSurface(*PathDesign().surface, deformation);
   const auto path = Path(1, 20);
-  const auto adapted = AdaptPath(Design(), Regions(), deformation, path, 5);
+  const auto adapted = AdaptPath(PathDesign(), UpperHalfMachined(), deformation, path, 5);
   ASSERT_TRUE(adapted.ok()) << adapted.status();
   double worst_mm = 0, merely_mm = 0;
   for (std::size_t i = 0; i < path.size(); ++i) {
@@ -90,7 +90,7 @@ TEST(AdaptPath, TheBallStillTouchesTheShape) {
 TEST(AdaptPath, GoesBackToTheTemplateOverTheStrip) {
   const FreeFormDeformation deformation = Deformed([](const Vector3d&) { return Vector3d(0, 0.5, 0); });
   const auto path = Path(-20, -0.5);
-  const auto adapted = AdaptPath(Design(), Regions(), deformation, path, 5);
+  const auto adapted = AdaptPath(PathDesign(), UpperHalfMachined(), deformation, path, 5);
   ASSERT_TRUE(adapted.ok()) << adapted.status();
   int within = 0;
   for (std::size_t i = 0; i < path.size(); ++i) {
@@ -107,7 +107,7 @@ TEST(AdaptPath, GoesBackToTheTemplateOverTheStrip) {
 TEST(AdaptPath, RefusesByName) {
   const FreeFormDeformation deformation = Deformed([](const Vector3d&) { return Vector3d(0, 0, 0); });
   const auto field = [&](std::vector<ToolPoint> path, double strip_mm, const FreeFormDeformation& by) {
-    const auto adapted = AdaptPath(Design(), Regions(), by, path, strip_mm);
+    const auto adapted = AdaptPath(PathDesign(), UpperHalfMachined(), by, path, strip_mm);
     return adapted.ok() ? std::string() : ViolationsOf(adapted.status()).at(0).field;
   };
   const ToolPoint good{Vector3d(0, 8, 5), Vector3d::UnitY()};

@@ -13,6 +13,8 @@
 
 namespace sixpoint::testing {
 
+inline constexpr double kPatch_mm = 0.5;
+
 // Where a point of the design's surface is on the blank.
 using BlankOf = std::function<Eigen::Vector3d(const Eigen::Vector3d& place_mm, const Eigen::Vector3d& normal)>;
 

@@ -16,7 +16,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // CAD stands metres from its origin.
-ControlLattice Lattice() { return {Vector3d(6300, -20, 330), Vector3d(4, 5, 6), {7, 5, 6}}; }
+ControlLattice FarLattice() { return {Vector3d(6300, -20, 330), Vector3d(4, 5, 6), {7, 5, 6}}; }
 
 Vector3d PlaceOf(const ControlLattice& lattice, int x, int y, int z) {
   return lattice.corner_mm + lattice.spacing_mm.cwiseProduct(Vector3d(x - 1, y - 1, z - 1));
@@ -36,8 +36,9 @@ ControlDisplacements Controls(const ControlLattice& lattice, const Function& fun
 FreeFormDeformation Random(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> any(0, 0.5);
-  return *FreeFormDeformation::Make(
-      Lattice(), Controls(Lattice(), [&](const Vector3d&) { return Vector3d(any(random), any(random), any(random)); }));
+  return *FreeFormDeformation::Make(FarLattice(), Controls(FarLattice(), [&](const Vector3d&) {
+                                      return Vector3d(any(random), any(random), any(random));
+                                    }));
 }
 
 std::vector<Vector3d> Places(int count, std::uint64_t seed) {
@@ -45,7 +46,7 @@ std::vector<Vector3d> Places(int count, std::uint64_t seed) {
   std::uniform_real_distribution<double> unit(0, 1);
   std::vector<Vector3d> places;
   for (int i = 0; i < count; ++i)
-    places.emplace_back(Lattice().corner_mm +
+    places.emplace_back(FarLattice().corner_mm +
                         Vector3d(28, 25, 36).cwiseProduct(Vector3d(unit(random), unit(random), unit(random))));
   return places;
 }
@@ -55,9 +56,9 @@ TEST(FreeFormDeformation, ReproducesAnAffineDisplacement) {
   Matrix3d a;
   a << 0.01, -0.02, 0.003, 0.004, 0.005, -0.006, 0.02, 0.001, -0.01;
   const auto affine = [&](const Vector3d& p) -> Vector3d {
-    return Vector3d(0.1, -0.2, 0.3) + a * (p - Lattice().corner_mm);
+    return Vector3d(0.1, -0.2, 0.3) + a * (p - FarLattice().corner_mm);
   };
-  const auto made = FreeFormDeformation::Make(Lattice(), Controls(Lattice(), affine));
+  const auto made = FreeFormDeformation::Make(FarLattice(), Controls(FarLattice(), affine));
   ASSERT_TRUE(made.ok()) << made.status();
   for (const Vector3d& place : Places(500, 1)) {
     const auto local = made->LocalAt(place);
@@ -70,10 +71,10 @@ TEST(FreeFormDeformation, ReproducesAnAffineDisplacement) {
 // Of a quadratic the controls are off by a constant, which is known: h^2 / 6 times its second derivative.
 TEST(FreeFormDeformation, ReproducesAQuadraticDisplacement) {
   const auto quadratic = [](const Vector3d& p) {
-    const Vector3d q = p - Lattice().corner_mm;
+    const Vector3d q = p - FarLattice().corner_mm;
     return Vector3d(0.01 * q.x() * q.x(), 0.02 * q.x() * q.y(), -0.005 * q.z() * q.z());
   };
-  const auto made = FreeFormDeformation::Make(Lattice(), Controls(Lattice(), [&](const Vector3d& p) -> Vector3d {
+  const auto made = FreeFormDeformation::Make(FarLattice(), Controls(FarLattice(), [&](const Vector3d& p) -> Vector3d {
                                                 return quadratic(p) - Vector3d(0.02 * 16, 0, -0.01 * 36) / 6;
                                               }));
   for (const Vector3d& place : Places(500, 2))
@@ -135,16 +136,16 @@ TEST(FreeFormDeformation, PullsBackWhatItMoved) {
 }
 
 TEST(FreeFormDeformation, RefusesWhatItDoesNotCover) {
-  std::vector<std::uint8_t> covered(Lattice().cell_count(), 1);
-  covered[Lattice().CellIndex(2, 2, 2)] = 0;
-  const auto made = FreeFormDeformation::Still(Lattice(), covered);
+  std::vector<std::uint8_t> covered(FarLattice().cell_count(), 1);
+  covered[FarLattice().CellIndex(2, 2, 2)] = 0;
+  const auto made = FreeFormDeformation::Still(FarLattice(), covered);
   ASSERT_TRUE(made.ok()) << made.status();
-  const Vector3d in_the_gap = Lattice().corner_mm + Vector3d(10, 12.5, 15);
+  const Vector3d in_the_gap = FarLattice().corner_mm + Vector3d(10, 12.5, 15);
   EXPECT_FALSE(made->Covers(in_the_gap));
   EXPECT_TRUE(made->Covers(in_the_gap + Vector3d(4, 0, 0)));
-  EXPECT_TRUE(made->Covers(Lattice().corner_mm));
-  EXPECT_TRUE(made->Covers(Lattice().corner_mm + Vector3d(28, 25, 36)));
-  EXPECT_FALSE(made->Covers(Lattice().corner_mm - Vector3d(1e-3, 0, 0)));
+  EXPECT_TRUE(made->Covers(FarLattice().corner_mm));
+  EXPECT_TRUE(made->Covers(FarLattice().corner_mm + Vector3d(28, 25, 36)));
+  EXPECT_FALSE(made->Covers(FarLattice().corner_mm - Vector3d(1e-3, 0, 0)));
   EXPECT_FALSE(made->Covers(Vector3d(NAN, 0, 0)));
   EXPECT_FALSE(made->Refined().Covers(in_the_gap));
   const auto refused = made->At("template.points[3]", in_the_gap);

@@ -20,15 +20,15 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-ControlLattice Lattice() { return {Vector3d(100, 200, 300), Vector3d(5, 4, 6), {3, 4, 6}}; }
+ControlLattice SmallLattice() { return {Vector3d(100, 200, 300), Vector3d(5, 4, 6), {3, 4, 6}}; }
 
 LatticeWeights At(const Vector3d& from_corner_mm) {
-  return *FreeFormDeformation::Still(Lattice())->WeightsAt(Lattice().corner_mm + from_corner_mm);
+  return *FreeFormDeformation::Still(SmallLattice())->WeightsAt(SmallLattice().corner_mm + from_corner_mm);
 }
 
 // Held at 0 at its lower end.
 LatticeSystem System() {
-  LatticeSystem system(Lattice(), {});
+  LatticeSystem system(SmallLattice(), {});
   system.AddEnergy(1e-2, 20);
   for (double x = 1; x < 15; x += 3)
     for (double y = 1; y < 16; y += 3) system.AddPull(At({x, y, 2}), 1, Vector3d::Zero());
@@ -43,38 +43,38 @@ struct Dense {
 };
 
 VectorXd RowOf(const LatticeWeights& at, const Vector3d& direction) {
-  VectorXd row = VectorXd::Zero(3 * static_cast<Index>(Lattice().control_count()));
+  VectorXd row = VectorXd::Zero(3 * static_cast<Index>(SmallLattice().control_count()));
   for (int x = 0; x < 4; ++x)
     for (int y = 0; y < 4; ++y)
       for (int z = 0; z < 4; ++z)
-        row.segment<3>(3 * static_cast<Index>(Lattice().ControlIndex(at.cell[0] + x, at.cell[1] + y, at.cell[2] + z))) =
-            at.Weight(x, y, z) * direction;
+        row.segment<3>(3 * static_cast<Index>(SmallLattice().ControlIndex(
+                               at.cell[0] + x, at.cell[1] + y, at.cell[2] + z))) = at.Weight(x, y, z) * direction;
   return row;
 }
 
 // The energy by sums over points, whatever the product's rule: it is exact for its polynomials too, with eight points a cell and axis.
 Dense DenseOf(double stiffness, double decay_mm) {
-  const Index size = 3 * static_cast<Index>(Lattice().control_count());
+  const Index size = 3 * static_cast<Index>(SmallLattice().control_count());
   Dense dense{MatrixXd::Zero(size, size), VectorXd::Zero(size)};
   const double nodes[] = {0.0198550717512319, 0.1016667612931866, 0.2372337950418355, 0.4082826787521751,
                           0.5917173212478249, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681};
   const double weights[] = {0.0506142681451881, 0.1111905172266872, 0.1568533229389436, 0.1813418916891810,
                             0.1813418916891810, 0.1568533229389436, 0.1111905172266872, 0.0506142681451881};
-  const Vector3d h = Lattice().spacing_mm;
+  const Vector3d h = SmallLattice().spacing_mm;
   MatrixXd scalar = MatrixXd::Zero(size / 3, size / 3);
   const auto add = [&](const std::array<int, 3>& cell, const std::array<std::array<double, 4>, 3>& by, double weight) {
     VectorXd row = VectorXd::Zero(size / 3);
     for (std::size_t x = 0; x < 4; ++x)
       for (std::size_t y = 0; y < 4; ++y)
         for (std::size_t z = 0; z < 4; ++z)
-          row[static_cast<Index>(Lattice().ControlIndex(cell[0] + static_cast<int>(x), cell[1] + static_cast<int>(y),
-                                                        cell[2] + static_cast<int>(z)))] =
+          row[static_cast<Index>(SmallLattice().ControlIndex(
+              cell[0] + static_cast<int>(x), cell[1] + static_cast<int>(y), cell[2] + static_cast<int>(z)))] =
               by[0][x] * by[1][y] * by[2][z];
     scalar.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
   };
-  for (int cx = 0; cx < Lattice().cells[0]; ++cx)
-    for (int cy = 0; cy < Lattice().cells[1]; ++cy)
-      for (int cz = 0; cz < Lattice().cells[2]; ++cz)
+  for (int cx = 0; cx < SmallLattice().cells[0]; ++cx)
+    for (int cy = 0; cy < SmallLattice().cells[1]; ++cy)
+      for (int cz = 0; cz < SmallLattice().cells[2]; ++cz)
         for (int point = 0; point < 512; ++point) {
           const int at[3] = {point / 64, point / 8 % 8, point % 8};
           const double weight = stiffness * h.prod() * weights[at[0]] * weights[at[1]] * weights[at[2]];
@@ -129,7 +129,7 @@ TEST(LatticeSystem, SlidesAlongItsWallsAsTheWholeMatrixSays) {
     pull.slides = i % 4 != 0;
     pulls.push_back(pull);
   }
-  LatticeSystem system(Lattice(), {});
+  LatticeSystem system(SmallLattice(), {});
   system.AddEnergy(1e-2, 20);
   system.AddPulls(pulls);
   ASSERT_TRUE(system.Factor());
@@ -326,8 +326,8 @@ TEST(LimitedLattice, ContradictionIsProvenAndItsLeastCureKnown) {
   ASSERT_EQ(both->pushes.size(), 2u);
   EXPECT_NEAR(both->pushes[0].force / both->pushes[1].force, 1, 1e-4);
   // Half of what is lacking, whatever the controls do up to a kilometre: what balances costs nothing.
-  EXPECT_NEAR(ProvenMiss_mm(Lattice(), limits, {{0, false, 1}, {1, true, 1}}, 1e6), 0.1, 1e-9);
-  EXPECT_GT(ProvenMiss_mm(Lattice(), limits, both->pushes, 10), 0.099);
+  EXPECT_NEAR(ProvenMiss_mm(SmallLattice(), limits, {{0, false, 1}, {1, true, 1}}, 1e6), 0.1, 1e-9);
+  EXPECT_GT(ProvenMiss_mm(SmallLattice(), limits, both->pushes, 10), 0.099);
   SlackRule tolerance;
   tolerance.group = {1, 0, 1, 1};
   tolerance.compliance = {1e-4, 1e-8, 0, 0};
@@ -349,7 +349,7 @@ TEST(LimitedLattice, NothingIsProvenOfWhatCanBe) {
     std::vector<LimitPush> pushes;
     for (std::size_t i = 0; i < limits.size(); ++i)
       if (unit(random) < 0.1) pushes.push_back({i, unit(random) < 0.5, unit(random)});
-    EXPECT_LE(ProvenMiss_mm(Lattice(), limits, pushes, 10), solved->slack_mm[0] + 1e-5);
+    EXPECT_LE(ProvenMiss_mm(SmallLattice(), limits, pushes, 10), solved->slack_mm[0] + 1e-5);
   }
 }
 

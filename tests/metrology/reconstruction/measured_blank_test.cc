@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "tests/metrology/inspection/pinned_block.h"
 #include "tests/metrology/reconstruction/blank_worlds.h"
 
@@ -15,8 +16,6 @@ namespace {
 using Eigen::Vector3d;
 using sixpoint::testing::BlankPoint;
 using ::testing::HasSubstr;
-
-constexpr double kRad = M_PI / 180;
 
 // Edges of 0.2 mm radius. 0.25 mm too thick, more so towards the tip.
 class Blade : public ::testing::Test {
@@ -30,7 +29,7 @@ class Blade : public ::testing::Test {
   }
 
   Eigen::Isometry3d MachineFromPart(double b_deg) const {
-    return plant_.axes.MachineFromZero(0, b_deg * kRad) * plant_.pose.zero_from_part;
+    return plant_.axes.MachineFromZero(0, b_deg * kRadPerDeg) * plant_.pose.zero_from_part;
   }
 
   // What is seen at 10 deg from grazing at least.
@@ -79,7 +78,7 @@ TEST_F(Blade, PatchesStandOnTheirOwnWall) {
   int seen = 0, beyond = 0;
   for (const BlankPatch& patch : *patches) {
     const BlankPoint& truth = NearestTo(patch);
-    EXPECT_GT(patch.normal.dot(truth.outward), std::cos(50 * kRad)) << patch.point_mm.transpose();
+    EXPECT_GT(patch.normal.dot(truth.outward), std::cos(50 * kRadPerDeg)) << patch.point_mm.transpose();
     // A plane's height misses what a patch's surface bends by: on the flat of the blade that is nothing beside the noise.
     if (std::abs(patch.point_mm.x()) > 10) continue;
     ++seen;

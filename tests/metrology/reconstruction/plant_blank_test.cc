@@ -6,6 +6,7 @@
 
 #include "metrology/cad/tessellation.h"
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/frames/angles.h"
 #include "metrology/reconstruction/measured_blank.h"
 #include "metrology/reconstruction/reconstruct_shape.h"
 #include "tests/metrology/correction/exact_pose.h"
@@ -17,11 +18,12 @@ namespace {
 
 using Eigen::Vector3d;
 using nlohmann::json;
+using sixpoint::testing::kPatch_mm;
 using sixpoint::testing::PoseOf;
 using sixpoint::testing::ReadFile;
 using sixpoint::testing::VectorOf;
 
-constexpr double kRad = 3.14159265358979323846 / 180, kPatch_mm = 0.5, kAllowance_mm = 0.02;
+constexpr double kAllowance_mm = 0.02;
 
 struct PlantBlank {
   std::shared_ptr<const Surface> surface;
@@ -49,8 +51,8 @@ absl::StatusOr<PlantBlank> Measured(const std::string& folder) {
     if (!points.ok()) return points.status();
     LineScan scan;
     scan.v0_mm = VectorOf(in["v0_mm"]);
-    scan.a_rad = in["a_deg"].get<double>() * kRad;
-    scan.b_rad = in["b_deg"].get<double>() * kRad;
+    scan.a_rad = in["a_deg"].get<double>() * kRadPerDeg;
+    scan.b_rad = in["b_deg"].get<double>() * kRadPerDeg;
     if (absl::Status begun = measured.Begin(scan); !begun.ok()) return begun;
     if (absl::Status added = measured.AddPoints(*points); !added.ok()) return added;
   }
@@ -61,12 +63,12 @@ absl::StatusOr<PlantBlank> Measured(const std::string& folder) {
 }
 
 // All of it is cut but the foot, by which it stands.
-std::vector<ShapeRegion> Regions() {
+std::vector<ShapeRegion> FootAndAirfoil() {
   std::vector<ShapeRegion> regions(2);
   regions[0].name = "foot";
   regions[0].where.maximum_mm = Vector3d(6400, 50, 323.5);
   regions[0].where.facing = -Vector3d::UnitZ();
-  regions[0].where.facing_within_rad = 45 * kRad;
+  regions[0].where.facing_within_rad = 45 * kRadPerDeg;
   regions[0].kind = RegionKind::kDatum;
   regions[1].name = "airfoil";
   regions[1].rest = true;
@@ -91,7 +93,7 @@ TEST(PlantBlank, AShapeLiesInsideTheCastingAsItTrulyIs) {
   options.blend_mm = 4;
   options.coverage_factor = 3;
   options.greatest_stock_mm = 2.1;
-  const auto made = ReconstructShape(*design, blank->patches, Regions(), options);
+  const auto made = ReconstructShape(*design, blank->patches, FootAndAirfoil(), options);
   ASSERT_TRUE(made.ok()) << made.status();
   ASSERT_EQ(made->outcome, ShapeOutcome::kReconstructed) << made->remark;
   EXPECT_LT(made->regions[0].worst_datum_mm, 0.0015);

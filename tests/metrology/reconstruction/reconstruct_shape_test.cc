@@ -14,23 +14,23 @@ namespace {
 
 using Eigen::Vector3d;
 using sixpoint::testing::BlankOf;
+using sixpoint::testing::kPatch_mm;
 using sixpoint::testing::Ramp;
 
-constexpr double kPatch_mm = 0.5;
 constexpr double kEdge_mm = 9;  // from the middle of the chord: beyond are the edges
 
 // A blade of 36 mm chord and 10 mm thickness whose edges have radii of 1.4 mm; made ready once.
-const DesignPlaces& Design() {
+const DesignPlaces& ShapeDesign() {
   static const DesignPlaces kDesign = *SampleDesign(sixpoint::testing::LensBlade({18, 5, 24}, 90), 0.3, 2);
   return kDesign;
 }
 
 const DesignPlaces& PatchPlaces() {
-  static const DesignPlaces kPlaces = *SampleDesign(Design().surface, kPatch_mm, 2);
+  static const DesignPlaces kPlaces = *SampleDesign(ShapeDesign().surface, kPatch_mm, 2);
   return kPlaces;
 }
 
-std::vector<ShapeRegion> Regions() {
+std::vector<ShapeRegion> EdgesFootAndBody() {
   ShapeRegion leading, trailing, foot, body;
   leading.name = "leading edge";
   leading.where.minimum_mm = Vector3d(kEdge_mm, -100, -15);
@@ -52,7 +52,7 @@ std::vector<ShapeRegion> Regions() {
   return {leading, trailing, foot, body};
 }
 
-ReconstructionOptions Options() {
+ReconstructionOptions ShapeOptions() {
   ReconstructionOptions options;
   options.finest_spacing_mm = 2;
   options.patch_mm = kPatch_mm;
@@ -75,8 +75,8 @@ BlankOf Blank(double lacking_mm, double wave_mm) {
 
 std::vector<BlankPatch> Patches(const BlankOf& blank, std::uint64_t seed = 1, bool heavy_tails = false) {
   std::mt19937_64 random(seed);
-  return sixpoint::testing::Measured(sixpoint::testing::BlankPoints(*Design().surface, PatchPlaces().places, blank),
-                                     3e-4, heavy_tails, &random);
+  return sixpoint::testing::Measured(
+      sixpoint::testing::BlankPoints(*ShapeDesign().surface, PatchPlaces().places, blank), 3e-4, heavy_tails, &random);
 }
 
 struct Judged {
@@ -86,14 +86,14 @@ struct Judged {
 // At places that were in no patch and no limit.
 Judged Judge(const Reconstruction& made, const std::vector<ShapeRegion>& regions, const BlankOf& blank) {
   Judged judged;
-  const auto shape = sixpoint::testing::MovedSurface(*Design().surface, *made.deformation);
-  const DesignPlaces between = *SampleDesign(Design().surface, 0.55, 2);
+  const auto shape = sixpoint::testing::MovedSurface(*ShapeDesign().surface, *made.deformation);
+  const DesignPlaces between = *SampleDesign(ShapeDesign().surface, 0.55, 2);
   for (const sixpoint::testing::BlankPoint& point :
-       sixpoint::testing::BlankPoints(*Design().surface, between.places, blank)) {
+       sixpoint::testing::BlankPoints(*ShapeDesign().surface, between.places, blank)) {
     const ShapeRegion& region = regions[RegionAt(regions, point.place_mm, point.normal)];
     const double distance_mm = shape->Closest(point.point_mm).signed_distance_mm;
     const Vector3d moved_mm = point.place_mm + *made.deformation->DisplacementAt(point.place_mm);
-    const double off_mm = Design().surface->Closest(moved_mm).signed_distance_mm;
+    const double off_mm = ShapeDesign().surface->Closest(moved_mm).signed_distance_mm;
     if (region.kind == RegionKind::kDatum) {
       judged.datum_mm = std::max(judged.datum_mm, std::abs(off_mm));
       continue;
@@ -110,7 +110,7 @@ Judged Judge(const Reconstruction& made, const std::vector<ShapeRegion>& regions
 
 void ExpectKept(const Reconstruction& made, const BlankOf& blank) {
   ASSERT_EQ(made.outcome, ShapeOutcome::kReconstructed) << made.remark;
-  const Judged judged = Judge(made, Regions(), blank);
+  const Judged judged = Judge(made, EdgesFootAndBody(), blank);
   EXPECT_GT(judged.least_allowance_mm, 0.05 - 5e-4);  // the limit, and what reads as 0.000 beside it
   EXPECT_LT(judged.beyond_band_mm, 0);
   EXPECT_LT(judged.fixed_mm, 0.005);
@@ -121,7 +121,7 @@ void ExpectKept(const Reconstruction& made, const BlankOf& blank) {
 
 TEST(ReconstructShape, EdgesThatLackStockAreMovedIntoTheBlank) {
   const BlankOf blank = Blank(0.969, 0.05);
-  const auto made = ReconstructShape(Design(), Patches(blank), Regions(), Options());
+  const auto made = ReconstructShape(ShapeDesign(), Patches(blank), EdgesFootAndBody(), ShapeOptions());
   ASSERT_TRUE(made.ok()) << made.status();
   ExpectKept(*made, blank);
   EXPECT_FALSE(made->holding.empty());
@@ -135,14 +135,14 @@ TEST(ReconstructShape, EdgesThatLackStockAreMovedIntoTheBlank) {
 
 TEST(ReconstructShape, HeavyTailsOfTheNoiseChangeNothing) {
   const BlankOf blank = Blank(0.6, 0.05);
-  const auto made = ReconstructShape(Design(), Patches(blank, 7, true), Regions(), Options());
+  const auto made = ReconstructShape(ShapeDesign(), Patches(blank, 7, true), EdgesFootAndBody(), ShapeOptions());
   ASSERT_TRUE(made.ok()) << made.status();
   ExpectKept(*made, blank);
 }
 
 // Nothing lacks: what is fixed is followed, and the rest is left as it was drawn.
 TEST(ReconstructShape, ABlankAsDrawnLeavesTheDesign) {
-  auto regions = Regions();
+  auto regions = EdgesFootAndBody();
   regions[0].allowance_mm = regions[1].allowance_mm = 0;
   std::vector<BlankPatch> patches = Patches([](const Vector3d& x, const Vector3d&) { return x; });
   for (BlankPatch& patch : patches) patch.standard_uncertainty_mm = 0;
@@ -151,7 +151,7 @@ TEST(ReconstructShape, ABlankAsDrawnLeavesTheDesign) {
     const bool in_edge = std::abs(place.point_mm.x()) > kEdge_mm && place.point_mm.z() > -15;
     patches[i].point_mm = place.point_mm + (in_edge ? 0.1 : 0.0) * place.normal;
   }
-  const auto made = ReconstructShape(Design(), patches, regions, Options());
+  const auto made = ReconstructShape(ShapeDesign(), patches, regions, ShapeOptions());
   ASSERT_TRUE(made.ok()) << made.status();
   ASSERT_EQ(made->outcome, ShapeOutcome::kReconstructed) << made->remark;
   EXPECT_EQ(made->level_count, 1);
@@ -161,9 +161,9 @@ TEST(ReconstructShape, ABlankAsDrawnLeavesTheDesign) {
 // An edge that lacks 1 mm in the middle where its band gives 0.7: with the guard, 0.35 and what the noise adds are lacking, of either kind.
 TEST(ReconstructShape, ABlankThatIsTooSmallIsProvenSo) {
   const BlankOf blank = Blank(1, 0);
-  auto regions = Regions();
+  auto regions = EdgesFootAndBody();
   regions[0].lower_mm = regions[1].lower_mm = -0.7;
-  const auto made = ReconstructShape(Design(), Patches(blank), regions, Options());
+  const auto made = ReconstructShape(ShapeDesign(), Patches(blank), regions, ShapeOptions());
   ASSERT_TRUE(made.ok()) << made.status();
   ASSERT_EQ(made->outcome, ShapeOutcome::kInfeasible) << made->remark;
   EXPECT_FALSE(made->deformation.has_value());
@@ -180,7 +180,7 @@ TEST(ReconstructShape, ABlankThatIsTooSmallIsProvenSo) {
   // The worst patch: how far it lies inside, and 50 um and two sigma.
   double worst_mm = 0;
   for (const BlankPatch& patch : Patches(blank)) {
-    const SurfacePoint on = Design().surface->Closest(patch.point_mm);
+    const SurfacePoint on = ShapeDesign().surface->Closest(patch.point_mm);
     if (std::abs(on.point_mm.x()) > kEdge_mm + 4) worst_mm = std::max(worst_mm, -on.signed_distance_mm);
   }
   const double lacking_mm = worst_mm + 0.05 + 2 * 3e-4 - 0.7;
@@ -197,9 +197,9 @@ TEST(ReconstructShape, AFixedWallOutOfToleranceIsCuredByToleranceAlone) {
   const auto bulged = [](const Vector3d& x, const Vector3d& normal) -> Vector3d {
     return x + 0.7 * std::exp(-(x - Vector3d(0, 5, 0)).squaredNorm() / 60) * normal;
   };
-  auto regions = Regions();
+  auto regions = EdgesFootAndBody();
   regions[0].allowance_mm = regions[1].allowance_mm = 0;
-  const auto made = ReconstructShape(Design(), Patches(bulged), regions, Options());
+  const auto made = ReconstructShape(ShapeDesign(), Patches(bulged), regions, ShapeOptions());
   ASSERT_TRUE(made.ok()) << made.status();
   ASSERT_EQ(made->outcome, ShapeOutcome::kInfeasible) << made->remark;
   EXPECT_FALSE(made->proof->stock.has_value());
@@ -213,31 +213,31 @@ TEST(ReconstructShape, WhatWasNotSeenIsNeverAssumed) {
   std::vector<BlankPatch> patches = Patches(blank), seen;
   for (const BlankPatch& patch : patches)
     if (!(patch.point_mm.x() > kEdge_mm && patch.point_mm.z() > 5)) seen.push_back(patch);
-  const auto made = ReconstructShape(Design(), seen, Regions(), Options());
+  const auto made = ReconstructShape(ShapeDesign(), seen, EdgesFootAndBody(), ShapeOptions());
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_EQ(made->outcome, ShapeOutcome::kNotDetermined);
   EXPECT_NE(made->remark.find("leading edge"), std::string::npos) << made->remark;
   EXPECT_EQ(made->remark.find("trailing edge"), std::string::npos) << made->remark;
   EXPECT_FALSE(made->deformation.has_value());
-  auto options = Options();
+  auto options = ShapeOptions();
   options.least_seen_part = 0.5;
-  EXPECT_EQ(ReconstructShape(Design(), seen, Regions(), options)->outcome, ShapeOutcome::kReconstructed);
+  EXPECT_EQ(ReconstructShape(ShapeDesign(), seen, EdgesFootAndBody(), options)->outcome, ShapeOutcome::kReconstructed);
 }
 
 TEST(ReconstructShape, SameBitsOnAnyNumberOfThreads) {
   const auto patches = Patches(Blank(0.8, 0.05));
-  auto options = Options();
+  auto options = ShapeOptions();
   options.threads = 1;
-  const auto one = ReconstructShape(Design(), patches, Regions(), options);
+  const auto one = ReconstructShape(ShapeDesign(), patches, EdgesFootAndBody(), options);
   options.threads = 4;
-  const auto other = ReconstructShape(Design(), patches, Regions(), options);
+  const auto other = ReconstructShape(ShapeDesign(), patches, EdgesFootAndBody(), options);
   ASSERT_TRUE(one->deformation && other->deformation);
   EXPECT_TRUE(one->deformation->controls_mm() == other->deformation->controls_mm());
 }
 
 std::string Refused(const std::vector<BlankPatch>& blank, const std::vector<ShapeRegion>& regions,
                     const ReconstructionOptions& options) {
-  const auto made = ReconstructShape(Design(), blank, regions, options);
+  const auto made = ReconstructShape(ShapeDesign(), blank, regions, options);
   if (made.ok()) return made->remark;
   EXPECT_EQ(made.status().code(), absl::StatusCode::kInvalidArgument);
   const auto violations = ViolationsOf(made.status());
@@ -248,9 +248,9 @@ TEST(ReconstructShape, RefusesByName) {
   using ::testing::StartsWith;
   const std::vector<BlankPatch> patches(1, {Vector3d(0, 5, 0), Vector3d::UnitY(), 1e-3});
   const auto with = [&](const std::function<void(std::vector<ShapeRegion>*)>& change) {
-    auto regions = Regions();
+    auto regions = EdgesFootAndBody();
     change(&regions);
-    return Refused(patches, regions, Options());
+    return Refused(patches, regions, ShapeOptions());
   };
   EXPECT_THAT(with([](auto* regions) { (*regions)[0].lower_mm = 2; }), StartsWith("regions[0].lower_mm: 2"));
   EXPECT_THAT(with([](auto* regions) { (*regions)[0].allowance_mm = NAN; }), StartsWith("regions[0].allowance_mm"));
@@ -263,19 +263,21 @@ TEST(ReconstructShape, RefusesByName) {
   EXPECT_THAT(with([](auto* regions) { (*regions)[2].where.maximum_mm = Vector3d(100, 100, -10); }),
               ::testing::AllOf(StartsWith("regions[2]: overlaps regions["), ::testing::HasSubstr(" at (")));
   EXPECT_THAT(with([](auto* regions) { regions->clear(); }), StartsWith("regions: 0"));
-  EXPECT_THAT(Refused({}, Regions(), Options()), StartsWith("blank: no patch"));
-  EXPECT_THAT(Refused({{Vector3d(NAN, 0, 0), Vector3d::UnitX(), 0}}, Regions(), Options()), StartsWith("blank[0]"));
-  EXPECT_THAT(Refused({{Vector3d::Zero(), Vector3d(2, 0, 0), 0}}, Regions(), Options()), StartsWith("blank[0]"));
-  auto options = Options();
+  EXPECT_THAT(Refused({}, EdgesFootAndBody(), ShapeOptions()), StartsWith("blank: no patch"));
+  EXPECT_THAT(Refused({{Vector3d(NAN, 0, 0), Vector3d::UnitX(), 0}}, EdgesFootAndBody(), ShapeOptions()),
+              StartsWith("blank[0]"));
+  EXPECT_THAT(Refused({{Vector3d::Zero(), Vector3d(2, 0, 0), 0}}, EdgesFootAndBody(), ShapeOptions()),
+              StartsWith("blank[0]"));
+  auto options = ShapeOptions();
   options.finest_spacing_mm = 0;
-  EXPECT_THAT(Refused(patches, Regions(), options), StartsWith("options.finest_spacing_mm"));
+  EXPECT_THAT(Refused(patches, EdgesFootAndBody(), options), StartsWith("options.finest_spacing_mm"));
 }
 
 // Waves that cells of 8 mm cannot follow: which region, and what remained.
 TEST(ReconstructShape, RefusesALatticeThatIsTooCoarse) {
-  auto options = Options();
+  auto options = ShapeOptions();
   options.finest_spacing_mm = 8;
-  EXPECT_THAT(Refused(Patches(Blank(0.1, 0.3)), Regions(), options),
+  EXPECT_THAT(Refused(Patches(Blank(0.1, 0.3)), EdgesFootAndBody(), options),
               ::testing::AllOf(::testing::StartsWith("options.finest_spacing_mm: 8 mm is too coarse"),
                                ::testing::HasSubstr("region body"), ::testing::HasSubstr("kinks by"),
                                ::testing::HasSubstr(" deg")));
@@ -284,7 +286,7 @@ TEST(ReconstructShape, RefusesALatticeThatIsTooCoarse) {
 // Waves of 12.6 mm: said before any pass, by one programme. Each of its rounds asks whether to go on and minds 64 limits more; a full set of 1500 is
 // never reached.
 TEST(ReconstructShape, ALatticeThatCannotFollowIsRefusedInBoundedWork) {
-  auto options = Options();
+  auto options = ShapeOptions();
   options.finest_spacing_mm = 8;
   options.fixed_within_mm = options.step_mm = 1e-3;
   int rounds = 0;
@@ -295,7 +297,7 @@ TEST(ReconstructShape, ALatticeThatCannotFollowIsRefusedInBoundedWork) {
   const auto wavy = [](const Vector3d& x, const Vector3d& normal) -> Vector3d {
     return x + 0.1 * Ramp((x.z() + 19) / 12) * std::sin(x.z() / 2) * std::cos(x.x() / 2) * normal;
   };
-  EXPECT_THAT(Refused(Patches(wavy), Regions(), options),
+  EXPECT_THAT(Refused(Patches(wavy), EdgesFootAndBody(), options),
               ::testing::AllOf(::testing::StartsWith("options.finest_spacing_mm: 8 mm is too coarse"),
                                ::testing::HasSubstr("region body is missed by at least"), ::testing::HasSubstr(" um")));
   EXPECT_GT(rounds, 0);

@@ -8,13 +8,16 @@
 #include <functional>
 #include <random>
 
+#include "metrology/frames/angles.h"
+#include "tests/metrology/reconstruction/blank_worlds.h"
+
 namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Vector3d;
+using sixpoint::testing::kPatch_mm;
 
-constexpr double kHalf_mm = 8, kStep_mm = 0.05, kPatch_mm = 0.5, kUncertainty_mm = 3e-4;
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kHalf_mm = 8, kStep_mm = 0.05, kUncertainty_mm = 3e-4;
 
 struct Wave {
   double high_mm = 0, of_mm = 1, along_mm = 0;  // the blank's has gone along itself
@@ -66,7 +69,7 @@ std::vector<ShapeRegion> MachinedRightOf(double x, double allowance_mm) {
   return regions;
 }
 
-ReconstructionOptions Options() {
+ReconstructionOptions ProblemOptions() {
   ReconstructionOptions options;
   options.patch_mm = kPatch_mm;
   options.blend_mm = 0;
@@ -76,7 +79,7 @@ ReconstructionOptions Options() {
 struct Asked {
   DesignPlaces design;
   std::vector<ShapeRegion> regions;
-  ReconstructionOptions options = Options();
+  ReconstructionOptions options = ProblemOptions();
   std::vector<BlankPatch> blank;
 
   Asked(const Wave& wave, double machined_from, double allowance_mm)

@@ -45,8 +45,8 @@ Points Blank(const std::array<double, 6>& faces_mm, double noise_mm, std::uint64
 }
 
 // What is not about coverage does with what Blank leaves.
-AllowanceFit Fit(const Points& points, AllowanceOptions allowance, const Isometry3d& start = Isometry3d::Identity(),
-                 const FitOptions& options = {}) {
+AllowanceFit FitWithStock(const Points& points, AllowanceOptions allowance,
+                          const Isometry3d& start = Isometry3d::Identity(), const FitOptions& options = {}) {
   allowance.least_side_part = std::min(allowance.least_side_part, 0.6);
   auto fit = FitWithAllowance(*BoxSurface(), {PortionAtZero(points)}, start, allowance, {}, options);
   EXPECT_TRUE(fit.ok()) << fit.status();
@@ -56,7 +56,7 @@ AllowanceFit Fit(const Points& points, AllowanceOptions allowance, const Isometr
 // Stock enough everywhere for the least-squares pose: that is the answer, midway between the faces (points drawn at random
 // tilt it by some 1e-4 rad, which moves the middle by a micrometre or two).
 TEST(Allowance, IsTheLeastSquaresPoseWhereThatLeavesEnough) {
-  const AllowanceFit fit = Fit(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 1), {});
+  const AllowanceFit fit = FitWithStock(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 1), {});
   EXPECT_EQ(fit.fit.outcome, Outcome::kConverged) << fit.fit.evidence.remark;
   EXPECT_NEAR(Placed(fit.fit).zero_from_part.translation().x(), 0.2, 5e-3);
   EXPECT_NEAR(Placed(fit.fit).zero_from_part.translation().y(), -0.1, 5e-3);
@@ -73,7 +73,7 @@ TEST(Allowance, GivesWayToAPitByJustEnough) {
     if (p.x() > 10 && std::abs(p.y()) < 2.001 && std::abs(p.z()) < 1.001) p.x() -= 0.15;
   AllowanceOptions allowance;
   allowance.least_stock_mm = 0.02;
-  const AllowanceFit fit = Fit(points, allowance);
+  const AllowanceFit fit = FitWithStock(points, allowance);
   EXPECT_EQ(fit.fit.outcome, Outcome::kConverged) << fit.fit.evidence.remark;
   EXPECT_NEAR(fit.stock.least_stock_mm, 0.02, 1e-4);
   ASSERT_FALSE(fit.stock.holding.empty());
@@ -106,7 +106,7 @@ TEST(Allowance, ComesToRestWhereItHasLittleRoom) {
     for (Eigen::Index k = 0; k < 6; ++k) off[k] = (k < 3 ? 5e-3 : 0.1) * unit(random);
     AllowanceOptions allowance;
     allowance.least_stock_mm = stock_mm;
-    const AllowanceFit fit = Fit(points, allowance, Perturbed(Isometry3d::Identity(), off, Vector3d::Zero()));
+    const AllowanceFit fit = FitWithStock(points, allowance, Perturbed(Isometry3d::Identity(), off, Vector3d::Zero()));
     EXPECT_EQ(fit.fit.outcome, Outcome::kConverged) << seed << ": " << fit.fit.evidence.remark;
     EXPECT_GE(fit.stock.least_stock_mm, stock_mm - 1e-4) << seed;
     EXPECT_LE(fit.fit.evidence.iteration_count, 15) << seed;
@@ -115,7 +115,7 @@ TEST(Allowance, ComesToRestWhereItHasLittleRoom) {
 
 // A blank thinner than the part by 0.1 mm: no pose contains it; the best shares the lack between both faces.
 TEST(Allowance, ProvesThatThereIsNoPose) {
-  const AllowanceFit fit = Fit(Blank({10.3, 10.3, 5.3, 5.3, 2.98, 2.92}, 0, 3), {});
+  const AllowanceFit fit = FitWithStock(Blank({10.3, 10.3, 5.3, 5.3, 2.98, 2.92}, 0, 3), {});
   EXPECT_EQ(fit.fit.outcome, Outcome::kInfeasible);
   EXPECT_NEAR(fit.stock.lacking_mm, 0.05, 1e-3);
   EXPECT_FALSE(fit.fit.placed.has_value());
@@ -137,7 +137,7 @@ TEST(Allowance, ProvesThatThereIsNoPose) {
 TEST(Allowance, UsesTheLowerTolerance) {
   AllowanceOptions allowance;
   allowance.least_stock_mm = -0.06;
-  const AllowanceFit fit = Fit(Blank({10.3, 10.3, 5.3, 5.3, 2.98, 2.92}, 0, 4), allowance);
+  const AllowanceFit fit = FitWithStock(Blank({10.3, 10.3, 5.3, 5.3, 2.98, 2.92}, 0, 4), allowance);
   EXPECT_EQ(fit.fit.outcome, Outcome::kConverged) << fit.fit.evidence.remark;
   EXPECT_GE(fit.stock.least_stock_mm, -0.0601);
 }
@@ -208,8 +208,8 @@ TEST(Allowance, SeesNoMoreForWiderPatches) {
 TEST(Allowance, ComesFromAPoseThatIsOff) {
   Vector6d off;
   off << 0.02, -0.015, 0.01, 0.4, -0.3, 0.2;
-  const AllowanceFit fit =
-      Fit(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 5), {}, Perturbed(Isometry3d::Identity(), off, Vector3d::Zero()));
+  const AllowanceFit fit = FitWithStock(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 5), {},
+                                        Perturbed(Isometry3d::Identity(), off, Vector3d::Zero()));
   EXPECT_EQ(fit.fit.outcome, Outcome::kConverged) << fit.fit.evidence.remark;
   EXPECT_LT((Placed(fit.fit).zero_from_part.translation() - Vector3d(0.2, -0.1, 0.1)).norm(), 2e-3);
 }
@@ -217,7 +217,8 @@ TEST(Allowance, ComesFromAPoseThatIsOff) {
 TEST(Allowance, KeepsWhatMayNotMove) {
   FitOptions options;
   options.free = {false, false, false, true, false, false};
-  const AllowanceFit fit = Fit(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 6), {}, Isometry3d::Identity(), options);
+  const AllowanceFit fit =
+      FitWithStock(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 6), {}, Isometry3d::Identity(), options);
   EXPECT_NEAR(Placed(fit.fit).zero_from_part.translation().x(), 0.2, 1e-3);
   EXPECT_EQ(Placed(fit.fit).zero_from_part.translation().z(), 0);
   EXPECT_LT((Placed(fit.fit).zero_from_part.linear() - Eigen::Matrix3d::Identity()).norm(), 1e-12);
@@ -231,8 +232,8 @@ TEST(Allowance, StatedCovarianceIsWhatNoiseDoes) {
   AllowanceOptions allowance;
   allowance.patch_mm = 2;
   for (int draw = 0; draw < kDraws; ++draw) {
-    const AllowanceFit exact = Fit(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 100 + draw), allowance);
-    const AllowanceFit fit = Fit(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 2e-3, 100 + draw), allowance);
+    const AllowanceFit exact = FitWithStock(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 100 + draw), allowance);
+    const AllowanceFit fit = FitWithStock(Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 2e-3, 100 + draw), allowance);
     const Isometry3d off = Placed(fit.fit).zero_from_part * Placed(exact.fit).zero_from_part.inverse();
     const Vector3d reference = Placed(fit.fit).noise_covariance.reference_mm;
     Vector6d error;

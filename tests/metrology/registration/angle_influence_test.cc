@@ -10,14 +10,13 @@
 
 #include "metrology/calibration/axis_characterisation.h"
 #include "metrology/correction/correct.h"
+#include "metrology/frames/angles.h"
 #include "tests/metrology/registration/sampled_blade.h"
 
 namespace sixpoint::metrology {
 namespace {
 
-constexpr double kRad = M_PI / 180;
-constexpr double kNoiseMm = 2e-3;
-constexpr double kScatterRad = 0.0008 * kRad;  // of one positioning
+constexpr double kScatterRad = 0.0008 * kRadPerDeg;  // of one positioning
 
 // As published of the SARIX's B axis: 0.005 deg of reversal, 0.003 deg of periodic error, +-0.015 deg at most; A like it.
 struct TrueAxis {
@@ -27,15 +26,15 @@ struct TrueAxis {
            (travel == Travel::kForward ? reversal : -reversal) / 2;
   }
 };
-const TrueAxis kTrueA{0.002 * kRad, 0.009 * kRad, 0.4, 0.0015 * kRad, 0.002 * kRad};
-const TrueAxis kTrueB{0.001 * kRad, 0.009 * kRad, 0.4, 0.0015 * kRad, 0.005 * kRad};
+const TrueAxis kTrueA{0.002 * kRadPerDeg, 0.009 * kRadPerDeg, 0.4, 0.0015 * kRadPerDeg, 0.002 * kRadPerDeg};
+const TrueAxis kTrueB{0.001 * kRadPerDeg, 0.009 * kRadPerDeg, 0.4, 0.0015 * kRadPerDeg, 0.005 * kRadPerDeg};
 
 AxisPositioning Characterised(const TrueAxis& axis, std::mt19937_64* random) {
   std::normal_distribution<double> scatter(0, kScatterRad);
   std::vector<AxisReading> run;
   for (const Travel travel : {Travel::kForward, Travel::kBackward})
     for (int i = 0; i <= 380; ++i) {
-      const double command = (-10 + (travel == Travel::kForward ? i : 380 - i)) * kRad;
+      const double command = (-10 + (travel == Travel::kForward ? i : 380 - i)) * kRadPerDeg;
       run.push_back({command, axis.Reached(command, travel) + scatter(*random), travel});
     }
   const auto found = CharacteriseAxis(run);
@@ -45,7 +44,7 @@ AxisPositioning Characterised(const TrueAxis& axis, std::mt19937_64* random) {
 }
 
 // Axes that neither meet nor lie along Y and X, beside the blade.
-MachineCalibration Machine() {
+MachineCalibration SkewedMachine() {
   MachineCalibration machine;
   machine.axes.a = {Eigen::Vector3d(1e-3, 1, -2e-3).normalized(), {10, 40, -230}};
   machine.axes.b = {Eigen::Vector3d(1, -1e-3, 3e-3).normalized(), {12, 42, -228}};
@@ -70,18 +69,18 @@ Measured Scans(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal(0, 1);
   Measured run;
-  run.machine = Machine();
+  run.machine = SkewedMachine();
   run.machine.positioning.a = Characterised(kTrueA, &random);
   run.machine.positioning.b = Characterised(kTrueB, &random);
   run.a_travel = seed % 2 == 0 ? Travel::kForward : Travel::kBackward;
   run.b_travel = seed % 3 == 0 ? Travel::kForward : Travel::kBackward;
-  const double a_command = 10 * kRad;
+  const double a_command = 10 * kRadPerDeg;
   const double a_rad = kTrueA.Reached(a_command, run.a_travel) + kScatterRad * normal(random);
   for (int view = 0; view < kScans; ++view) {
     LineScan scan;
     scan.id = "b" + std::to_string(30 * view);
     scan.a_rad = a_command;
-    scan.b_rad = 30 * view * kRad;
+    scan.b_rad = 30 * view * kRadPerDeg;
     const double b_rad = kTrueB.Reached(scan.b_rad, run.b_travel) + kScatterRad * normal(random);
     const Eigen::Isometry3d machine_from_part = run.machine.axes.MachineFromZero(a_rad, b_rad) * BladePose();
     for (int i = 0; i < kPointsOfAScan; ++i)
@@ -93,20 +92,20 @@ Measured Scans(std::uint64_t seed) {
   return run;
 }
 
-struct Registered {
+struct AngledFit {
   PoseFit fit;
   std::vector<AngleInfluence> angles;
 };
 
-absl::StatusOr<PoseFit> Fit(const std::vector<ScanPortion>& portions, const MachineCalibration& machine) {
+absl::StatusOr<PoseFit> FitOnMachine(const std::vector<ScanPortion>& portions, const MachineCalibration& machine) {
   return FitToSurface(*BladeSurface(), portions, StartPose(), machine, FitOptions());
 }
 
-Registered Register(const std::vector<LineScan>& scans, const MachineCalibration& machine) {
+AngledFit FitWithAngles(const std::vector<LineScan>& scans, const MachineCalibration& machine) {
   std::vector<ScanPortion> portions;
   for (const LineScan& scan : scans) portions.push_back(Thin(scan, machine, Thinning()));
-  Registered registered;
-  const auto fit = Fit(portions, machine);
+  AngledFit registered;
+  const auto fit = FitOnMachine(portions, machine);
   EXPECT_TRUE(fit.ok()) << fit.status();
   if (!fit.ok()) return registered;
   EXPECT_EQ(fit->outcome, Outcome::kConverged);
@@ -136,7 +135,7 @@ double Whitened(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance)
   return error.dot(covariance.llt().solve(error)) / static_cast<double>(error.size());
 }
 
-RegisteredPose PoseOf(const Registered& registered, const MachineCalibration& machine) {
+RegisteredPose RegisteredPoseOf(const AngledFit& registered, const MachineCalibration& machine) {
   const PlacedPose& placed = Placed(registered.fit);
   RegisteredPose pose(placed.zero_from_part, placed.noise_covariance, {});
   pose.positioning = machine.positioning;
@@ -147,9 +146,9 @@ RegisteredPose PoseOf(const Registered& registered, const MachineCalibration& ma
 NominalHoleGroup OneHole() {
   NominalHoleGroup group;
   group.name = "G1";
-  group.nominal = {20 * kRad, -35 * kRad};
+  group.nominal = {20 * kRadPerDeg, -35 * kRadPerDeg};
   group.axis_in_part = BladePose().linear().transpose() *
-                       Machine().axes.MachineFromZero(20 * kRad, -35 * kRad).linear().transpose() *
+                       SkewedMachine().axes.MachineFromZero(20 * kRadPerDeg, -35 * kRadPerDeg).linear().transpose() *
                        Eigen::Vector3d::UnitZ();
   group.holes = {{"H1", kPartCentreMm + Eigen::Vector3d(5, 2, 20)}};
   return group;
@@ -165,12 +164,12 @@ TEST(AxisTables, TakeTheAnglesErrorOutOfPosesAndHolesAndSayWhatIsLeft) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal(0, 1);
   const NominalHoleGroup group = OneHole();
-  const RotaryLimits limits{-100 * kRad, 100 * kRad, -360 * kRad, 360 * kRad};
+  const RotaryLimits limits{-100 * kRadPerDeg, 100 * kRadPerDeg, -360 * kRadPerDeg, 360 * kRadPerDeg};
   for (int seed = 1; seed <= kRuns; ++seed) {
     const Measured run = Scans(static_cast<std::uint64_t>(seed));
     MachineCalibration plain = run.machine;
     plain.positioning = {};
-    const Registered with = Register(run.scans, run.machine), without = Register(run.scans, plain);
+    const AngledFit with = FitWithAngles(run.scans, run.machine), without = FitWithAngles(run.scans, plain);
     ASSERT_EQ(with.angles.size(), 6u);  // one A, five B
     ASSERT_TRUE(without.angles.empty());
     pose_nees += Whitened(ErrorOf(with.fit), WithoutForm(Placed(with.fit))) / kRuns;
@@ -186,10 +185,10 @@ TEST(AxisTables, TakeTheAnglesErrorOutOfPosesAndHolesAndSayWhatIsLeft) {
     const Travel b_travel = normal(random) > 0 ? Travel::kForward : Travel::kBackward;
     const double a_scatter = kScatterRad * normal(random), b_scatter = kScatterRad * normal(random);
     for (const bool by_tables : {true, false}) {
-      const Registered& registered = by_tables ? with : without;
+      const AngledFit& registered = by_tables ? with : without;
       const MachineCalibration& machine = by_tables ? run.machine : plain;
       const auto corrected =
-          CorrectGroup(group, PoseOf(registered, machine), BladePose(), machine.axes, machine.axes, limits);
+          CorrectGroup(group, RegisteredPoseOf(registered, machine), BladePose(), machine.axes, machine.axes, limits);
       ASSERT_TRUE(corrected.ok()) << corrected.status();
       const double a_rad = kTrueA.Reached(corrected->corrected.a_rad, a_travel) + a_scatter;
       const double b_rad = kTrueB.Reached(corrected->corrected.b_rad, b_travel) + b_scatter;
@@ -228,7 +227,7 @@ TEST(AxisTables, TakeTheAnglesErrorOutOfPosesAndHolesAndSayWhatIsLeft) {
 // By what the pose follows an angle: against the points turned by hand, and no influence where no table is.
 TEST(AngleInfluence, IsTheDerivativeOfThePose) {
   const Measured run = Scans(3);
-  const Registered registered = Register(run.scans, run.machine);
+  const AngledFit registered = FitWithAngles(run.scans, run.machine);
   ASSERT_EQ(registered.angles.size(), 6u);
   // All B angles greater by d turn the pose by -d about the B axis, as one body.
   Vector6d together = Vector6d::Zero();
@@ -245,7 +244,7 @@ TEST(AngleInfluence, IsTheDerivativeOfThePose) {
 TEST(AngleInfluence, OneTableOnlyOfItsAxis) {
   Measured run = Scans(4);
   run.machine.positioning.a = {};
-  const Registered registered = Register(run.scans, run.machine);
+  const AngledFit registered = FitWithAngles(run.scans, run.machine);
   ASSERT_EQ(registered.angles.size(), 5u);
   for (const AngleInfluence& angle : registered.angles) EXPECT_EQ(angle.axis, AngleInfluence::Axis::kB);
 }
@@ -253,7 +252,7 @@ TEST(AngleInfluence, OneTableOnlyOfItsAxis) {
 // Each alone: against fits of the same scans with that angle taken greater.
 TEST(AngleInfluence, OfEachAngleIsWhatARefitShows) {
   const Measured run = Scans(5);
-  const Registered registered = Register(run.scans, run.machine);
+  const AngledFit registered = FitWithAngles(run.scans, run.machine);
   ASSERT_EQ(registered.angles.size(), 6u);
   constexpr double kStepRad = 3e-5;  // 2 um at the blade: by less single points change their patch
   for (const AngleInfluence& angle : registered.angles) {
@@ -265,13 +264,13 @@ TEST(AngleInfluence, OfEachAngleIsWhatARefitShows) {
           (angle.axis == AngleInfluence::Axis::kA ? scan.a_rad : scan.b_rad) += by_rad;
         portions.push_back(Thin(scan, run.machine, Thinning()));
       }
-      return ErrorOf(*Fit(portions, run.machine));
+      return ErrorOf(*FitOnMachine(portions, run.machine));
     };
     Vector6d seen = (refit(kStepRad) - refit(-kStepRad)) / (2 * kStepRad);
     Vector6d stated = angle.pose_per_rad;
     seen.head<3>() *= 18;  // mm, the blade's size
     stated.head<3>() *= 18;
-    EXPECT_LT((seen - stated).norm(), 0.05 * stated.norm() + 0.05) << angle.commanded_rad / kRad;
+    EXPECT_LT((seen - stated).norm(), 0.05 * stated.norm() + 0.05) << angle.commanded_rad / kRadPerDeg;
   }
 }
 
@@ -280,18 +279,18 @@ TEST(AngleInfluence, AFigureWithoutATableIsTakenToo) {
   Measured run = Scans(4);
   run.machine.positioning.a = {};
   run.machine.positioning.b = {};
-  run.machine.positioning.b.standard_uncertainty_rad = 0.005 * kRad;
-  const Registered registered = Register(run.scans, run.machine);
+  run.machine.positioning.b.standard_uncertainty_rad = 0.005 * kRadPerDeg;
+  const AngledFit registered = FitWithAngles(run.scans, run.machine);
   ASSERT_EQ(registered.angles.size(), 5u);
   for (const AngleInfluence& angle : registered.angles) {
     EXPECT_EQ(angle.reached_rad, angle.commanded_rad);
-    EXPECT_DOUBLE_EQ(angle.standard_uncertainty_rad, 0.005 * kRad);
+    EXPECT_DOUBLE_EQ(angle.standard_uncertainty_rad, 0.005 * kRadPerDeg);
     EXPECT_EQ(angle.half_reversal_rad, 0);
   }
   const NominalHoleGroup group = OneHole();
-  const RotaryLimits limits{-100 * kRad, 100 * kRad, -360 * kRad, 360 * kRad};
-  const auto corrected =
-      CorrectGroup(group, PoseOf(registered, run.machine), BladePose(), run.machine.axes, run.machine.axes, limits);
+  const RotaryLimits limits{-100 * kRadPerDeg, 100 * kRadPerDeg, -360 * kRadPerDeg, 360 * kRadPerDeg};
+  const auto corrected = CorrectGroup(group, RegisteredPoseOf(registered, run.machine), BladePose(), run.machine.axes,
+                                      run.machine.axes, limits);
   ASSERT_TRUE(corrected.ok()) << corrected.status();
   // By the lever about B, in closed form.
   const Eigen::Vector3d zero = registered.fit.placed->zero_from_part * group.holes[0].start_in_part_mm;
@@ -300,7 +299,7 @@ TEST(AngleInfluence, AFigureWithoutATableIsTakenToo) {
   double drilling_um2 = 0;
   for (const UncertaintyComponent& one : corrected->holes[0].components)
     if (one.source == "angles of the drilling") drilling_um2 = one.variance;
-  EXPECT_NEAR(std::sqrt(drilling_um2), 1e3 * lever_mm * 0.005 * kRad, 1e-6);
+  EXPECT_NEAR(std::sqrt(drilling_um2), 1e3 * lever_mm * 0.005 * kRadPerDeg, 1e-6);
 }
 
 // Without a table nothing changes: the same bits.
@@ -312,7 +311,7 @@ TEST(AxisTables, LeaveACommandAloneWhereThereIsNone) {
   std::mt19937_64 random(1);
   const AxisPositioning some = Characterised(kTrueA, &random);
   EXPECT_NEAR(some.Reached(some.CommandFor(0.7)), 0.7, 1e-12);
-  EXPECT_NEAR(some.HalfReversalAt(0.7), kTrueA.reversal / 2, 0.0005 * kRad);
+  EXPECT_NEAR(some.HalfReversalAt(0.7), kTrueA.reversal / 2, 0.0005 * kRadPerDeg);
 }
 
 }  // namespace

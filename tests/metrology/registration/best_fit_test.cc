@@ -12,22 +12,13 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kNoiseMm = 2e-3;
-
-PoseFit Fit(const std::vector<ScanPortion>& portions, const FitOptions& options = {},
-            const Isometry3d& start = StartPose(), const MachineCalibration& calibration = {}) {
-  auto fit = FitToSurface(*BladeSurface(), portions, start, calibration, options);
-  EXPECT_TRUE(fit.ok()) << fit.status();
-  return fit.ok() ? *fit : PoseFit();
-}
-
 double ErrorUm(const PoseFit& fit) {
   return 1e3 * GreatestDisplacement(*BladeSurface(), Placed(fit).zero_from_part, BladePose());
 }
 
 TEST(BestFit, RecoversThePoseOfExactSamples) {
   const SurfaceSamples samples = Spread(*BladeSurface(), 20000, 1);
-  const PoseFit fit = Fit({PortionAtZero(Scanned(samples.points_mm, BladePose(), 0, 1))});
+  const PoseFit fit = FitToBlade({PortionAtZero(Scanned(samples.points_mm, BladePose(), 0, 1))});
   EXPECT_EQ(fit.outcome, Outcome::kConverged);
   EXPECT_LT(ErrorUm(fit), 1e-3);
   EXPECT_GT(fit.evidence.overlap, 0.99);
@@ -37,7 +28,7 @@ TEST(BestFit, RecoversThePoseOfExactSamples) {
 // arms of 1 to 3); four times that is never reached.
 TEST(BestFit, NoiseAveragesOut) {
   const SurfaceSamples samples = Spread(*BladeSurface(), 20000, 2);
-  const PoseFit fit = Fit({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 2))});
+  const PoseFit fit = FitToBlade({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 2))});
   EXPECT_EQ(fit.outcome, Outcome::kConverged);
   EXPECT_LT(ErrorUm(fit), 0.4);
   EXPECT_NEAR(1e3 * fit.evidence.residual_sigma_mm, 2, 0.1);
@@ -51,8 +42,8 @@ TEST(BestFit, AShiftedFrameChangesNothing) {
   shift.translation() = Vector3d(120, -40, 75);
   Points shifted;
   for (const Vector3d& p : zero) shifted.push_back(shift * p);
-  const PoseFit one = Fit({PortionAtZero(zero)});
-  const PoseFit other = Fit({PortionAtZero(shifted)}, {}, shift * StartPose());
+  const PoseFit one = FitToBlade({PortionAtZero(zero)});
+  const PoseFit other = FitToBlade({PortionAtZero(shifted)}, {}, shift * StartPose());
   EXPECT_LT(GreatestDisplacement(*BladeSurface(), shift * Placed(one).zero_from_part, Placed(other).zero_from_part),
             1e-5);
 }
@@ -62,10 +53,10 @@ TEST(BestFit, SameBitsOnAnyNumberOfThreads) {
   const std::vector<ScanPortion> portions = {PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 4))};
   FitOptions options;
   options.thread_count = 1;
-  const PoseFit one = Fit(portions, options);
+  const PoseFit one = FitToBlade(portions, options);
   for (const int threads : {2, 3}) {
     options.thread_count = threads;
-    const PoseFit other = Fit(portions, options);
+    const PoseFit other = FitToBlade(portions, options);
     EXPECT_EQ(std::memcmp(Placed(one).zero_from_part.data(), Placed(other).zero_from_part.data(), 16 * sizeof(double)),
               0);
     EXPECT_EQ(Placed(one).covariance.values, Placed(other).covariance.values);
@@ -84,7 +75,7 @@ TEST(BestFit, ForeignPointsDoNotPull) {
     zero.push_back(BladePose() * (kPartCentreMm + Vector3d(15 * x, 8 * y, 25 * z)));
     zero.push_back(BladePose() * (kPartCentreMm + Vector3d(15 * y, 8 * z, -20.7)));
   }
-  const PoseFit fit = Fit({PortionAtZero(zero)});
+  const PoseFit fit = FitToBlade({PortionAtZero(zero)});
   EXPECT_EQ(fit.outcome, Outcome::kConverged);
   EXPECT_LT(ErrorUm(fit), 0.8);
 }
@@ -99,7 +90,7 @@ TEST(BestFit, ACastingBumpDoesNotPull) {
       samples.points_mm[i] +=
           0.3 * std::exp(-(from.x() * from.x() + from.z() * from.z()) / (2 * 5 * 5)) * samples.normals[i];
     }
-    const PoseFit fit = Fit({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 6))});
+    const PoseFit fit = FitToBlade({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 6))});
     EXPECT_EQ(fit.outcome, Outcome::kConverged);
     EXPECT_LT(ErrorUm(fit), 1.5) << place.transpose();
   }
@@ -112,7 +103,7 @@ TEST(BestFit, ACastingThatDeviatesEverywhereKeepsItsPoints) {
     const Vector3d p = samples.points_mm[i] - kPartCentreMm;
     samples.points_mm[i] += 0.1 * (std::sin(0.5 * p.x() + 1) + std::cos(0.4 * p.z() + p.y())) * samples.normals[i];
   }
-  const PoseFit fit = Fit({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 7))});
+  const PoseFit fit = FitToBlade({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 7))});
   EXPECT_EQ(fit.outcome, Outcome::kConverged);
   EXPECT_GT(fit.evidence.overlap, 0.9);
   EXPECT_GT(1e3 * fit.evidence.residual_sigma_mm, 50);
@@ -127,7 +118,7 @@ TEST(BestFit, AnotherBodyIsTooLittleOverlap) {
     const double x = unit(random), y = unit(random), z = unit(random);
     zero.push_back(BladePose() * (kPartCentreMm + 12 * Vector3d(x, y, z).normalized()));
   }
-  const PoseFit fit = Fit({PortionAtZero(zero)});
+  const PoseFit fit = FitToBlade({PortionAtZero(zero)});
   EXPECT_EQ(fit.outcome, Outcome::kTooLittleOverlap);
   EXPECT_NE(fit.evidence.remark, "");
 }
@@ -135,7 +126,7 @@ TEST(BestFit, AnotherBodyIsTooLittleOverlap) {
 TEST(BestFit, APlaneLeavesThreeDirectionsFree) {
   const SurfaceSamples cap =
       Spread(*BladeSurface(), 3000, 9, [](const SurfacePoint& on) { return on.normal.z() > 0.999; });
-  const PoseFit fit = Fit({PortionAtZero(Scanned(cap.points_mm, BladePose(), kNoiseMm, 9))}, {}, BladePose());
+  const PoseFit fit = FitToBlade({PortionAtZero(Scanned(cap.points_mm, BladePose(), kNoiseMm, 9))}, {}, BladePose());
   EXPECT_EQ(fit.outcome, Outcome::kNotDetermined);
   EXPECT_GT(fit.evidence.condition_number, 2000);
   EXPECT_NE(fit.evidence.remark.find("3 directions free"), std::string::npos) << fit.evidence.remark;
@@ -164,7 +155,7 @@ TEST(BestFit, StatedCovarianceIsWhatNoiseDoes) {
   constexpr int kDraws = 60;
   for (int draw = 0; draw < kDraws; ++draw) {
     const PoseFit fit =
-        Fit({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 100 + draw))}, {}, BladePose());
+        FitToBlade({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 100 + draw))}, {}, BladePose());
     const Vector3d reference = Placed(fit).noise_covariance.reference_mm;
     const Isometry3d off = Placed(fit).zero_from_part * BladePose().inverse();
     Vector6d error;
@@ -235,7 +226,7 @@ TEST(BestFit, CalibrationSensitivityIsTheDerivative) {
   const auto fit_with = [&](const MachineCalibration& used, const std::vector<LineScan>& seen) {
     std::vector<ScanPortion> portions;
     for (const LineScan& scan : seen) portions.push_back(Thin(scan, used, {}));
-    return Fit(portions, {}, BladePose(), used);
+    return FitToBlade(portions, {}, BladePose(), used);
   };
   const PoseFit before = fit_with(calibration, scans);
   ASSERT_LT(ErrorUm(before), 1);

@@ -11,7 +11,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 // What a scanner above the part sees of it at some turn, as one portion each: only faces that look up.
-std::vector<ScanPortion> Views(const Isometry3d& zero_from_part, std::uint64_t seed, int view_count) {
+std::vector<ScanPortion> ViewsOfBlade(const Isometry3d& zero_from_part, std::uint64_t seed, int view_count) {
   std::vector<ScanPortion> portions;
   for (int view = 0; view < view_count; ++view) {
     const Eigen::Matrix3d machine_from_zero = RotationFromVector(Vector3d(M_PI * view, 0, 0));
@@ -40,7 +40,7 @@ TEST(CoarseStart, FindsThePartFromAnyPose) {
                         .normalized()
                         .toRotationMatrix();
     pose.translation() = Vector3d(40, -30, 25) - pose.linear() * kPartCentreMm;
-    const auto portions = Views(pose, 10 + static_cast<std::uint64_t>(draw), 2);
+    const auto portions = ViewsOfBlade(pose, 10 + static_cast<std::uint64_t>(draw), 2);
     const auto fit = FitToSurface(*BladeSurface(), portions, BladePose(), {}, options);
     ASSERT_TRUE(fit.ok()) << fit.status();
     EXPECT_EQ(fit->outcome, Outcome::kConverged) << draw << ": " << fit->evidence.remark;
@@ -53,13 +53,13 @@ TEST(CoarseStart, IsNotUsedUnlessAsked) {
   Isometry3d pose = BladePose();
   pose.linear() = RotationFromVector({2, 1, 0}) * pose.linear();
   pose.translation() = Vector3d(20, 50, -190) - pose.linear() * kPartCentreMm;
-  const auto fit = FitToSurface(*BladeSurface(), Views(pose, 1, 2), BladePose(), {}, {});
+  const auto fit = FitToSurface(*BladeSurface(), ViewsOfBlade(pose, 1, 2), BladePose(), {}, {});
   ASSERT_TRUE(fit.ok());
   EXPECT_NE(fit->outcome, Outcome::kConverged);
 }
 
 TEST(CoarseStart, SameBitsOnAnyNumberOfThreads) {
-  const auto portions = Views(StartPose(), 5, 2);
+  const auto portions = ViewsOfBlade(StartPose(), 5, 2);
   FitOptions options;
   options.thread_count = 1;
   const auto one = FindCoarseStart(*BladeSurface(), portions, BladePose(), options);
@@ -83,7 +83,7 @@ TEST(CoarseStart, SaysWhenTwoPosesFitAsWell) {
 TEST(CoarseStart, StopsWhenToldTo) {
   FitOptions options;
   options.keep_going = [] { return false; };
-  EXPECT_EQ(FindCoarseStart(*BladeSurface(), Views(BladePose(), 5, 1), BladePose(), options).status().code(),
+  EXPECT_EQ(FindCoarseStart(*BladeSurface(), ViewsOfBlade(BladePose(), 5, 1), BladePose(), options).status().code(),
             absl::StatusCode::kCancelled);
 }
 

@@ -13,15 +13,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kNoiseMm = 2e-3;
-
-PoseFit Fit(const std::vector<ScanPortion>& portions, const FitOptions& options = {},
-            const Isometry3d& start = StartPose()) {
-  auto fit = FitToSurface(*BladeSurface(), portions, start, {}, options);
-  EXPECT_TRUE(fit.ok()) << fit.status();
-  return fit.ok() ? *fit : PoseFit();
-}
-
 // Pose change between two poses as a turn and a shift of the part about its centroid, part axes.
 Vector6d InPart(const Isometry3d& from, const Isometry3d& to) {
   const Isometry3d between = from.inverse() * to;
@@ -41,7 +32,7 @@ TEST(DegreesOfFreedom, FixedOnesKeepTheNominals) {
     off << 0.012, -0.009, 0.01, 0.6, -0.5, 0.45;
     off[fixed] = 0;
     const Isometry3d start = BladePose() * Perturbed(Isometry3d::Identity(), off, BladeSurface()->centroid_mm());
-    const PoseFit fit = Fit({PortionAtZero(zero)}, options, start);
+    const PoseFit fit = FitToBlade({PortionAtZero(zero)}, options, start);
     EXPECT_EQ(fit.outcome, Outcome::kConverged) << fit.evidence.remark;
     EXPECT_LT(1e3 * GreatestDisplacement(*BladeSurface(), Placed(fit).zero_from_part, BladePose()), 2) << fixed;
     Matrix6d to_part = Matrix6d::Zero();
@@ -58,8 +49,8 @@ TEST(DegreesOfFreedom, WhatIsHeldIsAsUncertainAsIsStated) {
   FitOptions options;
   options.free[1] = options.free[3] = false;
   const auto fit_from = [&](const Vector6d& off) {
-    return Fit({PortionAtZero(zero)}, options,
-               BladePose() * Perturbed(Isometry3d::Identity(), off, BladeSurface()->centroid_mm()));
+    return FitToBlade({PortionAtZero(zero)}, options,
+                      BladePose() * Perturbed(Isometry3d::Identity(), off, BladeSurface()->centroid_mm()));
   };
   const PoseFit bare = fit_from(Vector6d::Zero());
   for (const ErrorSource& source : Placed(bare).sources) EXPECT_NE(source.name, kHeldDirections);
@@ -99,7 +90,7 @@ TEST(DegreesOfFreedom, OneAloneMoves) {
   Vector6d off = Vector6d::Zero();
   off[4] = 0.2;
   const Isometry3d start = BladePose() * Perturbed(Isometry3d::Identity(), off, BladeSurface()->centroid_mm());
-  const PoseFit fit = Fit({PortionAtZero(zero)}, options, start);
+  const PoseFit fit = FitToBlade({PortionAtZero(zero)}, options, start);
   EXPECT_EQ(fit.outcome, Outcome::kConverged) << fit.evidence.remark;
   const Vector6d moved = InPart(start, Placed(fit).zero_from_part);
   EXPECT_NEAR(moved[4], -0.2, 1e-3);
@@ -126,14 +117,14 @@ TEST(Regions, DecideWhatCounts) {
   round.half_mm.x() = 18.5;
   ball.regions_in = {round};
   for (const FitOptions& options : {in, out}) {
-    const PoseFit fit = Fit(portions, options);
+    const PoseFit fit = FitToBlade(portions, options);
     EXPECT_EQ(fit.outcome, Outcome::kConverged) << fit.evidence.remark;
     EXPECT_LT(1e3 * GreatestDisplacement(*BladeSurface(), Placed(fit).zero_from_part, BladePose()), 3);
     EXPECT_LT(fit.evidence.point_count, 22000);
     EXPECT_GT(fit.evidence.overlap, 0.9);
   }
   // In the ball the part stands 0.1 mm off along y.
-  const PoseFit local = Fit(portions, ball);
+  const PoseFit local = FitToBlade(portions, ball);
   EXPECT_EQ(local.outcome, Outcome::kConverged) << local.evidence.remark;
   const Vector3d moved = BladePose().inverse() * (Placed(local).zero_from_part * round.centre_mm) - round.centre_mm;
   EXPECT_NEAR(moved.y(), 0.1, 5e-3) << moved.transpose();
@@ -162,7 +153,7 @@ TEST(ScanWeights, PullByTheirShare) {
   double before = -1;
   for (const double weight : {0.1, 1.0, 10.0}) {
     options.scan_weights = {1, weight};
-    const PoseFit fit = Fit(portions, options);
+    const PoseFit fit = FitToBlade(portions, options);
     const double at =
         1e3 * along.normalized().dot(Placed(fit).zero_from_part * kPartCentreMm - BladePose() * kPartCentreMm);
     EXPECT_GT(at, before) << weight;
@@ -195,7 +186,7 @@ TEST(Evidence, ShowsScansThatDisagree) {
     std::vector<ScanPortion> portions = {PortionAtZero(one), PortionAtZero(other)};
     portions[0].id = "first";
     portions[1].id = "second";
-    const PoseFit fit = Fit(portions);
+    const PoseFit fit = FitToBlade(portions);
     EXPECT_EQ(fit.evidence.agreements.size(), 1u);
     return fit.evidence.agreements.empty() ? PortionAgreement() : fit.evidence.agreements[0];
   };
@@ -214,7 +205,7 @@ TEST(Evidence, ShowsTheDeviationByRegion) {
   for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
     if ((samples.points_mm[i] - kPartCentreMm).z() > 14 && samples.normals[i].y() > 0.5)
       samples.points_mm[i] += 0.008 * samples.normals[i];
-  const PoseFit fit = Fit({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 29))});
+  const PoseFit fit = FitToBlade({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 29))});
   ASSERT_FALSE(fit.evidence.regions.empty());
   RegionResidual greatest;
   for (const RegionResidual& region : fit.evidence.regions)

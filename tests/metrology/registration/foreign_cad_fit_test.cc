@@ -19,10 +19,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kNoiseMm = 2e-3;
 constexpr std::size_t kPoints = 20'000;
 
-std::shared_ptr<const Surface> SurfaceOf(const testing::DrawnBlade& blade) {
+std::shared_ptr<const Surface> DrawnSurface(const testing::DrawnBlade& blade) {
   const std::string path = std::filesystem::temp_directory_path() / ("foreign-fit-" + std::to_string(getpid()));
   std::ofstream(path, std::ios::binary) << testing::StepOfBlade(blade);
   auto mesh = TessellateCad(CadFormat::kStep, path, {});
@@ -43,14 +42,14 @@ Isometry3d Start(const Surface& surface) {
   return Perturbed(Pose(), off, Pose() * surface.centroid_mm());
 }
 
-PoseFit Fit(const Surface& surface, const Points& part_mm, std::uint64_t seed, const FitOptions& options = {}) {
+PoseFit FitToDrawn(const Surface& surface, const Points& part_mm, std::uint64_t seed, const FitOptions& options = {}) {
   auto fit =
       FitToSurface(surface, {PortionAtZero(Scanned(part_mm, Pose(), kNoiseMm, seed))}, Start(surface), {}, options);
   EXPECT_TRUE(fit.ok()) << fit.status();
   return fit.ok() ? *fit : PoseFit();
 }
 
-double ErrorUm(const Surface& surface, const PoseFit& fit) {
+double ErrorOnDrawnUm(const Surface& surface, const PoseFit& fit) {
   return 1e3 * GreatestDisplacement(surface, Placed(fit).zero_from_part, Pose());
 }
 
@@ -72,23 +71,24 @@ double WholeUm(const PlacedPose& placed, const Vector3d& part_mm, const Vector3d
 // A blank has no holes: over those that the CAD shows its points find their rims and walls. Thirteen of 1.6 mm through 14 mm of chord.
 // The bound is that of the same points on the CAD without them, twice NoiseAveragesOut's for a part with fewer sides.
 TEST(ForeignCadFit, HolesThatTheCadShowsDoNotPullABlank) {
-  const auto blank = SurfaceOf({}), drawn = SurfaceOf({{3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27}, 0.8});
+  const auto blank = DrawnSurface({}), drawn = DrawnSurface({{3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27}, 0.8});
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     const SurfaceSamples samples = Spread(*blank, kPoints, seed);
-    const PoseFit with = Fit(*drawn, samples.points_mm, seed), without = Fit(*blank, samples.points_mm, seed);
+    const PoseFit with = FitToDrawn(*drawn, samples.points_mm, seed),
+                  without = FitToDrawn(*blank, samples.points_mm, seed);
     ASSERT_EQ(with.outcome, Outcome::kConverged);
-    EXPECT_LT(ErrorUm(*drawn, with), 0.8);
+    EXPECT_LT(ErrorOnDrawnUm(*drawn, with), 0.8);
     EXPECT_LT(1e3 * GreatestDisplacement(*blank, Placed(with).zero_from_part, Placed(without).zero_from_part), 0.2);
     EXPECT_NEAR(1e3 * with.evidence.residual_sigma_mm, 2, 0.1);
     std::printf("drawn holes: %.3f um off, without them %.3f um; %.1f %% and %.1f %% of the points used\n",
-                ErrorUm(*drawn, with), ErrorUm(*blank, without), 100 * with.evidence.overlap,
+                ErrorOnDrawnUm(*drawn, with), ErrorOnDrawnUm(*blank, without), 100 * with.evidence.overlap,
                 100 * without.evidence.overlap);
   }
 }
 
 TEST(ForeignCadFit, ADatumBesideADrawnHoleIsSeenAsOnABlank) {
-  const auto drawn = SurfaceOf({{15}, 0.5});
-  const SurfaceSamples samples = Spread(*SurfaceOf({}), 60'000, 1);
+  const auto drawn = DrawnSurface({{15}, 0.5});
+  const SurfaceSamples samples = Spread(*DrawnSurface({}), 60'000, 1);
   const ScanPortion portion = PortionAtZero(Scanned(samples.points_mm, Pose(), kNoiseMm, 1));
   const Vector3d datum(0.8, -2.5, 15);
   const LocalHeight height = HeightAt(*drawn, {portion}, datum, {0, -1, 0}, Pose(), MachineCalibration(), 0.5e-3);
@@ -98,7 +98,7 @@ TEST(ForeignCadFit, ADatumBesideADrawnHoleIsSeenAsOnABlank) {
 
 // The strip about a gap of 30 um may lie anywhere between its faces: the rest of the part holds the pose all the same.
 TEST(ForeignCadFit, AGapHardlyMovesTheWholePart) {
-  const auto gapped = SurfaceOf({{}, 0.5, 0.06});
+  const auto gapped = DrawnSurface({{}, 0.5, 0.06});
   int beyond = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SurfaceSamples samples = Spread(*gapped, kPoints, seed);
@@ -106,9 +106,9 @@ TEST(ForeignCadFit, AGapHardlyMovesTheWholePart) {
     const double share = std::uniform_real_distribution<double>(-1, 1)(random);
     for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
       samples.points_mm[i] += share * gapped->GapNear(samples.points_mm[i]) * samples.normals[i];
-    const PoseFit fit = Fit(*gapped, samples.points_mm, seed);
+    const PoseFit fit = FitToDrawn(*gapped, samples.points_mm, seed);
     ASSERT_EQ(fit.outcome, Outcome::kConverged);
-    EXPECT_LT(ErrorUm(*gapped, fit), 0.8);
+    EXPECT_LT(ErrorOnDrawnUm(*gapped, fit), 0.8);
     ASSERT_TRUE(fit.evidence.gap_point_count.has_value());
     const Vector3d at(0, 2.5, 15), error = Placed(fit).zero_from_part * at - Pose() * at;
     for (const Vector3d& along : {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1)})
@@ -119,7 +119,7 @@ TEST(ForeignCadFit, AGapHardlyMovesTheWholePart) {
 
 // A local fit of what is near the gap rests on it, and says so; one beside it does not.
 TEST(ForeignCadFit, ALocalFitAtAGapIsAsUncertainAsTheGap) {
-  const auto gapped = SurfaceOf({{}, 0.5, 0.06});
+  const auto gapped = DrawnSurface({{}, 0.5, 0.06});
   const Vector3d at(0, 2.53, 15), elsewhere(3.5, -2.5, 15), across(0, 1, 0);
   FitOptions options;
   options.free = {false, false, false, false, true, false};
@@ -186,7 +186,7 @@ AllowanceFit FitBlankWithPit(const Surface& surface, const Vector3d& pit_mm, dou
 
 // Beside the gap the same blank's pose has no part of it: one patch alone holds it.
 TEST(ForeignCadFit, AnAllowanceHeldAtAGapIsAsUncertainAsTheGap) {
-  const auto gapped = SurfaceOf({{}, 0.5, 0.06});
+  const auto gapped = DrawnSurface({{}, 0.5, 0.06});
   const Vector3d at(0, 2.53, 15), elsewhere(3.5, -2.5, 15), across(0, 1, 0);
   constexpr int kTrials = 20;
   // At most: 15 um a point, if all patches had half of their points in the zone that is 30 um off; a patch has five and more.

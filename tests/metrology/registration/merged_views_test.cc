@@ -9,10 +9,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNoiseMm = 2e-3, kCentreMm = 1e-3;
+constexpr double kCentreMm = 1e-3;
 
 // What is believed of the machine: the second axis' place to a micrometre.
-MachineCalibration Machine() {
+MachineCalibration MachineOnCentre() {
   MachineCalibration machine;
   machine.axes.a = {Vector3d::UnitY(), {10, 40, -230}};
   machine.axes.b = {Vector3d::UnitX(), {12, 42, -228}};
@@ -21,7 +21,8 @@ MachineCalibration Machine() {
 }
 
 // Four views about the second axis, which stands off from what is believed; each sees what looks up.
-std::vector<ScanPortion> Views(const MachineCalibration& believed, const Eigen::Vector2d& off_mm, std::uint64_t seed) {
+std::vector<ScanPortion> ViewsAbout(const MachineCalibration& believed, const Eigen::Vector2d& off_mm,
+                                    std::uint64_t seed) {
   Eigen::Matrix<double, 8, 1> error = Eigen::Matrix<double, 8, 1>::Zero();
   error.tail<2>() = off_mm;
   const RotaryAxes truth = believed.axes.Perturbed(error);
@@ -41,8 +42,8 @@ std::vector<ScanPortion> Views(const MachineCalibration& believed, const Eigen::
 }
 
 MergeTest Tested(const Eigen::Vector2d& off_mm, std::uint64_t seed) {
-  const MachineCalibration believed = Machine();
-  const auto portions = Views(believed, off_mm, seed);
+  const MachineCalibration believed = MachineOnCentre();
+  const auto portions = ViewsAbout(believed, off_mm, seed);
   const auto fit = FitToSurface(*BladeSurface(), portions, StartPose(), believed, {});
   EXPECT_TRUE(fit.ok() && fit->outcome == Outcome::kConverged);
   if (!fit.ok()) return {};
@@ -76,8 +77,8 @@ TEST(MergedViews, SeesAWrongRotationCentre) {
 }
 
 TEST(MergedViews, OneScanSaysNothingOfItself) {
-  const MachineCalibration believed = Machine();
-  auto portions = Views(believed, {0, 0}, 3);
+  const MachineCalibration believed = MachineOnCentre();
+  auto portions = ViewsAbout(believed, {0, 0}, 3);
   portions.resize(1);
   FitOptions options;
   options.condition_limit = 1e5;

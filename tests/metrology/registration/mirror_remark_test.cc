@@ -29,9 +29,9 @@ Matrix3d Scaled(double x, double y, double z) { return Vector3d(x, y, z).asDiago
 std::shared_ptr<const Surface> SurfaceOf(const TriangleMesh& mesh) { return *Surface::Prepare(mesh); }
 
 // What a scanner sees of a body at `view_count` turns about x, half a turn apart.
-std::vector<ScanPortion> Views(const Surface& body, const Isometry3d& zero_from_body, int view_count,
-                               std::uint64_t seed,
-                               const std::function<Vector3d(const Vector3d&, const Vector3d&)>& changed = nullptr) {
+std::vector<ScanPortion> ViewsOfBody(
+    const Surface& body, const Isometry3d& zero_from_body, int view_count, std::uint64_t seed,
+    const std::function<Vector3d(const Vector3d&, const Vector3d&)>& changed = nullptr) {
   std::vector<ScanPortion> portions;
   for (int view = 0; view < view_count; ++view) {
     const Matrix3d sensor_from_zero = RotationFromVector(Vector3d(M_PI * view, 0, 0));
@@ -87,9 +87,10 @@ TEST(MirrorRemark, SaysThatTheCadIsMirrored) {
   for (std::uint64_t seed = 0; seed < 18; ++seed) {
     const Stand stand(seed);
     const Surface& cad = *cads[seed % 3];
-    const auto portions = Views(*truth, stand.zero_from_body, 2, seed, [&](const Vector3d& p, const Vector3d& normal) {
-      return Vector3d(seed % 2 == 0 ? p : p + 0.1 * std::sin(0.3 * p.z()) * normal);
-    });
+    const auto portions =
+        ViewsOfBody(*truth, stand.zero_from_body, 2, seed, [&](const Vector3d& p, const Vector3d& normal) {
+          return Vector3d(seed % 2 == 0 ? p : p + 0.1 * std::sin(0.3 * p.z()) * normal);
+        });
     const auto fit = FitToSurface(cad, portions, stand.nominal, {}, {});
     ASSERT_TRUE(fit.ok()) << fit.status();
     EXPECT_NE(fit->outcome, Outcome::kConverged) << seed;
@@ -106,7 +107,7 @@ TEST(MirrorRemark, LooksAtAnyTurnWhereTheFitDid) {
   options.coarse_start = true;
   int said = 0;
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
-    const auto portions = Views(*truth, Stand(seed).zero_from_body, 2, seed);
+    const auto portions = ViewsOfBody(*truth, Stand(seed).zero_from_body, 2, seed);
     Isometry3d elsewhere = Stand(seed).nominal;
     elsewhere.linear() = RotationFromVector({0.9, -0.6, 0.4}) * elsewhere.linear();
     EXPECT_TRUE(IsSaid(RemarkOn(*cad, portions, elsewhere, options))) << seed;
@@ -126,18 +127,18 @@ TEST(MirrorRemark, SaysNothingOfWhatIsNotMirrored) {
     const Stand stand(seed);
     const auto other =
         SurfaceOf(Mapped(TrueBlade(), Scaled(0.85 + 0.3 * unit(random), 0.7 + 0.2 * unit(random), 1.05)));
-    EXPECT_EQ(RemarkOn(*truth, Views(*other, stand.zero_from_body, 2, seed), stand.nominal), "") << seed;
-    EXPECT_EQ(RemarkOn(*truth, Views(*other, stand.zero_from_body, 1, seed), stand.nominal), "") << seed;
-    EXPECT_EQ(RemarkOn(*truth, Views(*torus, stand.zero_from_body, 2, seed), stand.nominal), "") << seed;
-    EXPECT_EQ(RemarkOn(*small, Views(*truth, stand.zero_from_body, 2, seed), stand.nominal), "") << seed;
+    EXPECT_EQ(RemarkOn(*truth, ViewsOfBody(*other, stand.zero_from_body, 2, seed), stand.nominal), "") << seed;
+    EXPECT_EQ(RemarkOn(*truth, ViewsOfBody(*other, stand.zero_from_body, 1, seed), stand.nominal), "") << seed;
+    EXPECT_EQ(RemarkOn(*truth, ViewsOfBody(*torus, stand.zero_from_body, 2, seed), stand.nominal), "") << seed;
+    EXPECT_EQ(RemarkOn(*small, ViewsOfBody(*truth, stand.zero_from_body, 2, seed), stand.nominal), "") << seed;
     Isometry3d round = stand.zero_from_body;
     round.linear() = round.linear() * Matrix3d(Scaled(-1, -1, 1));
-    EXPECT_EQ(RemarkOn(*truth, Views(*truth, round, 2, seed), stand.nominal), "") << seed;
-    EXPECT_EQ(RemarkOn(*truth, Views(*truth, round, 1, seed), stand.nominal), "") << seed;
+    EXPECT_EQ(RemarkOn(*truth, ViewsOfBody(*truth, round, 2, seed), stand.nominal), "") << seed;
+    EXPECT_EQ(RemarkOn(*truth, ViewsOfBody(*truth, round, 1, seed), stand.nominal), "") << seed;
     const auto fixture = [&](const Vector3d& p, const Vector3d&) {
       return unit(random) < 0.15 ? p : Vector3d(40 * unit(random) - 20, 20 + 20 * unit(random), 3);
     };
-    EXPECT_EQ(RemarkOn(*truth, Views(*truth, stand.zero_from_body, 2, seed, fixture), stand.nominal), "") << seed;
+    EXPECT_EQ(RemarkOn(*truth, ViewsOfBody(*truth, stand.zero_from_body, 2, seed, fixture), stand.nominal), "") << seed;
   }
 }
 
@@ -149,11 +150,12 @@ TEST(MirrorRemark, OfABlankSaysWhatItsStockLeaves) {
   int said = 0;
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
     const Stand stand(seed);
-    const auto portions = Views(*truth, stand.zero_from_body, 2, seed, [&](const Vector3d& p, const Vector3d& normal) {
-      const Vector3d q = p - kBladeCentreMm;
-      const double phase = static_cast<double>(seed);
-      return Vector3d(p + 0.2 * (1 + 0.3 * std::sin(0.2 * q.z() + phase) + 0.2 * std::sin(0.3 * q.x())) * normal);
-    });
+    const auto portions =
+        ViewsOfBody(*truth, stand.zero_from_body, 2, seed, [&](const Vector3d& p, const Vector3d& normal) {
+          const Vector3d q = p - kBladeCentreMm;
+          const double phase = static_cast<double>(seed);
+          return Vector3d(p + 0.2 * (1 + 0.3 * std::sin(0.2 * q.z() + phase) + 0.2 * std::sin(0.3 * q.x())) * normal);
+        });
     EXPECT_EQ(RemarkOn(*truth, portions, stand.nominal, options), "") << seed;
     said += IsSaid(RemarkOn(*cad, portions, stand.nominal, options));
   }
@@ -176,7 +178,7 @@ TEST(MirrorRemark, SaysNothingOfAPartThatIsItsOwnMirrorImage) {
       const Stand stand(seed);
       Isometry3d turned = stand.zero_from_body;
       turned.linear() = turned.linear() * RotationFromVector({0.3, 0.9, -0.5 + 0.2 * static_cast<double>(seed)});
-      const auto portions = Views(*cad, seed % 2 == 0 ? turned : stand.zero_from_body, 2, seed);
+      const auto portions = ViewsOfBody(*cad, seed % 2 == 0 ? turned : stand.zero_from_body, 2, seed);
       EXPECT_EQ(RemarkOn(*cad, portions, stand.nominal), "") << seed;
     }
   }
@@ -187,7 +189,7 @@ TEST(MirrorRemark, SameOnAnyNumberOfThreadsSoonDoneAndStoppedWhenToldTo) {
   const auto truth = SurfaceOf(shapes::Blade(500, 200, kBladeCentreMm));
   const auto cad = SurfaceOf(Mapped(shapes::Blade(500, 200, kBladeCentreMm), Scaled(-1, 1, 1)));
   const Stand stand(3);
-  const auto portions = Views(*truth, stand.zero_from_body, 2, 3);
+  const auto portions = ViewsOfBody(*truth, stand.zero_from_body, 2, 3);
   FitOptions options;
   options.thread_count = 1;
   const auto cpu_s = [](const auto& work) {

@@ -7,6 +7,7 @@
 
 #include "metrology/cad/tessellation.h"
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/frames/angles.h"
 #include "metrology/registration/six_point.h"
 #include "tests/metrology/plant_files.h"
 
@@ -19,7 +20,6 @@ using testing::PoseOf;
 using testing::ReadFile;
 using testing::VectorOf;
 
-constexpr double kRad = M_PI / 180;
 constexpr double kBoundUm = 1.5;  // what a plant wants; calibrations at their bound leave 0.8
 
 class PlantA : public ::testing::Test {
@@ -66,8 +66,8 @@ class PlantA : public ::testing::Test {
       LineScan scan{in["id"],
                     *std::move(points),
                     VectorOf(in["v0_mm"]),
-                    in["a_deg"].get<double>() * kRad,
-                    in["b_deg"].get<double>() * kRad,
+                    in["a_deg"].get<double>() * kRadPerDeg,
+                    in["b_deg"].get<double>() * kRadPerDeg,
                     in["profile_pitch_mm"]};
       portions.push_back(Thin(scan, calibration_, thinning));
     }

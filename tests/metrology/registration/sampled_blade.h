@@ -14,6 +14,8 @@
 namespace sixpoint::metrology {
 
 inline const Eigen::Vector3d kPartCentreMm(6350.123, -12.7, 331.6);  // real CAD stands metres from its origin
+// Of a scanner.
+inline constexpr double kNoiseMm = 2e-3;
 
 inline std::shared_ptr<const Surface> BladeSurface() {
   static const auto* surface =
@@ -84,6 +86,13 @@ inline Points Scanned(const Points& part_mm, const Eigen::Isometry3d& zero_from_
     zero.push_back(zero_from_part * p + noise_mm * Eigen::Vector3d(x, y, z));
   }
   return zero;
+}
+
+inline PoseFit FitToBlade(const std::vector<ScanPortion>& portions, const FitOptions& options = {},
+                          const Eigen::Isometry3d& start = StartPose(), const MachineCalibration& calibration = {}) {
+  auto fit = FitToSurface(*BladeSurface(), portions, start, calibration, options);
+  EXPECT_TRUE(fit.ok()) << fit.status();
+  return fit.ok() ? *fit : PoseFit();
 }
 
 // Greatest displacement between two poses over the part.

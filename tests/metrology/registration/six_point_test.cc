@@ -20,13 +20,13 @@ std::vector<DatumPoint> Nest() {
   return datums;
 }
 
-struct Registered {
+struct FittedScan {
   std::vector<ScanPortion> portions;
   PoseFit best_fit;
 };
 
-Registered Register(const SurfaceSamples& samples, double noise_mm) {
-  Registered registered;
+FittedScan FitScan(const SurfaceSamples& samples, double noise_mm) {
+  FittedScan registered;
   registered.portions = {PortionAtZero(Scanned(samples.points_mm, BladePose(), noise_mm, 21))};
   auto fit = FitToSurface(*BladeSurface(), registered.portions, StartPose(), {}, {});
   EXPECT_TRUE(fit.ok()) << fit.status();
@@ -35,7 +35,7 @@ Registered Register(const SurfaceSamples& samples, double noise_mm) {
 }
 
 TEST(SixPoint, KeepsThePoseOfATruePart) {
-  const Registered registered = Register(Spread(*BladeSurface(), 150000, 20), 2e-3);
+  const FittedScan registered = FitScan(Spread(*BladeSurface(), 150000, 20), 2e-3);
   for (const SixPointVariant variant : {SixPointVariant::kPairs, SixPointVariant::kNormals}) {
     const auto fit = FitSixPoints(*BladeSurface(), registered.portions, Nest(), registered.best_fit, variant, {}, {});
     ASSERT_TRUE(fit.ok()) << fit.status();
@@ -53,7 +53,7 @@ TEST(SixPoint, NormalsTakeEveryDistanceToZero) {
   SurfaceSamples samples = Spread(*BladeSurface(), 150000, 22);
   for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
     if (samples.normals[i].y() > 0) samples.points_mm[i] += 0.05 * samples.normals[i];
-  const Registered registered = Register(samples, 0);
+  const FittedScan registered = FitScan(samples, 0);
   ASSERT_EQ(registered.best_fit.outcome, Outcome::kConverged);
   const auto fit = FitSixPoints(*BladeSurface(), registered.portions, Nest(), registered.best_fit,
                                 SixPointVariant::kNormals, {}, {});
@@ -69,7 +69,7 @@ TEST(SixPoint, NormalsTakeEveryDistanceToZero) {
 }
 
 TEST(SixPoint, RefusesADegenerateNest) {
-  const Registered registered = Register(Spread(*BladeSurface(), 60000, 23), 0);
+  const FittedScan registered = FitScan(Spread(*BladeSurface(), 60000, 23), 0);
   std::vector<DatumPoint> datums = Nest();
   for (int i = 0; i < 6; ++i) {  // all on the end face: three directions stay free
     const SurfacePoint on =
@@ -84,10 +84,10 @@ TEST(SixPoint, RefusesADegenerateNest) {
 }
 
 TEST(SixPoint, SaysWhichDatumHasNoPoints) {
-  const Registered registered =
-      Register(Spread(*BladeSurface(), 60000, 24,
-                      [](const SurfacePoint& on) { return on.point_mm.z() < kPartCentreMm.z() + 10; }),
-               0);
+  const FittedScan registered =
+      FitScan(Spread(*BladeSurface(), 60000, 24,
+                     [](const SurfacePoint& on) { return on.point_mm.z() < kPartCentreMm.z() + 10; }),
+              0);
   ASSERT_EQ(registered.best_fit.outcome, Outcome::kConverged);
   const auto fit =
       FitSixPoints(*BladeSurface(), registered.portions, Nest(), registered.best_fit, SixPointVariant::kPairs, {}, {});
@@ -97,7 +97,7 @@ TEST(SixPoint, SaysWhichDatumHasNoPoints) {
 }
 
 TEST(SixPoint, RefusesDatumsThatAreNotOnTheSurface) {
-  const Registered registered = Register(Spread(*BladeSurface(), 20000, 25), 0);
+  const FittedScan registered = FitScan(Spread(*BladeSurface(), 20000, 25), 0);
   const auto code = [&](const std::vector<DatumPoint>& datums) {
     return FitSixPoints(*BladeSurface(), registered.portions, datums, registered.best_fit, SixPointVariant::kPairs, {},
                         {})

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "metrology/frames/angles.h"
 #include "metrology/registration/register.h"
 #include "tests/metrology/registration/sampled_blade.h"
 
@@ -18,7 +19,6 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr std::size_t kPointsOfBlade = 10'000, kPointsOfPlate = 5'000, kPointsOfClamp = 500, kChips = 200;
-constexpr double kNoiseMm = 2e-3, kDegree = M_PI / 180;
 
 struct Fixture {
   std::vector<Isometry3d> nominal;  // zero_from_part
@@ -39,7 +39,7 @@ Fixture SideBySide(double pitch_mm, double capture_mm) {
   for (int k = 0; k < 3; ++k) {
     Vector6d moved = Vector6d::Zero();
     moved.tail<3>() = BladePose().linear() * Vector3d(0, pitch_mm * (k - 1), 0);
-    if (k == 2) moved.head<3>() = BladePose().linear() * Vector3d(0, 0, 4 * kDegree);
+    if (k == 2) moved.head<3>() = BladePose().linear() * Vector3d(0, 0, 4 * kRadPerDeg);
     fixture.nominal.push_back(Perturbed(BladePose(), moved, BladePose() * kPartCentreMm));
   }
   return fixture;
@@ -51,7 +51,7 @@ std::vector<Isometry3d> ClampedOff(const Fixture& fixture, std::mt19937_64* rand
   std::vector<Isometry3d> truth;
   for (const Isometry3d& nominal : fixture.nominal) {
     Vector6d off;
-    for (int i = 0; i < 6; ++i) off[i] = (i < 3 ? 0.5 * kDegree / std::sqrt(3) : 0.6) * unit(*random);
+    for (int i = 0; i < 6; ++i) off[i] = (i < 3 ? 0.5 * kRadPerDeg / std::sqrt(3) : 0.6) * unit(*random);
     truth.push_back(Perturbed(nominal, off, nominal * kPartCentreMm));
   }
   return truth;
@@ -67,8 +67,8 @@ std::vector<ScanPortion> Scan(const Fixture& fixture, const std::vector<Isometry
   std::vector<ScanPortion> portions;
   for (int view = 0; view < 4; ++view) {
     const Eigen::Matrix3d zero_from_sensor =
-        middle.linear() * (Eigen::AngleAxisd(view * 90 * kDegree + 0.3, Vector3d::UnitZ()) *
-                           Eigen::AngleAxisd(55 * kDegree, Vector3d::UnitY()))
+        middle.linear() * (Eigen::AngleAxisd(view * 90 * kRadPerDeg + 0.3, Vector3d::UnitZ()) *
+                           Eigen::AngleAxisd(55 * kRadPerDeg, Vector3d::UnitY()))
                               .toRotationMatrix();
     const Vector3d to_scanner = zero_from_sensor.col(2);
     ScanPortion& portion = portions.emplace_back();
@@ -110,7 +110,7 @@ absl::StatusOr<Registered> RegisterAt(const Fixture& fixture, std::size_t statio
   return Register({*BladeSurface(), portions, {}}, task);
 }
 
-double ErrorUm(const Registered& registered, const Isometry3d& truth) {
+double ErrorAtStationUm(const Registered& registered, const Isometry3d& truth) {
   return 1e3 * GreatestDisplacement(*BladeSurface(), Placed(registered.fit).zero_from_part, truth);
 }
 
@@ -128,7 +128,7 @@ TEST(Station, EachBladeIsFoundAtItsOwn) {
         const auto registered = RegisterAt(fixture, station, scans);
         ASSERT_TRUE(registered.ok()) << registered.status();
         ASSERT_EQ(registered->fit.outcome, Outcome::kConverged) << station << ": " << registered->fit.evidence.remark;
-        worst_um = std::max(worst_um, ErrorUm(*registered, truth[station]));
+        worst_um = std::max(worst_um, ErrorAtStationUm(*registered, truth[station]));
       }
     }
     std::printf("pitch %.1f mm: 18 blades at their own stations, worst vertex %.2f um\n", pitch_mm, worst_um);
@@ -147,7 +147,7 @@ TEST(Station, FromACoarseStartToo) {
     const auto registered = RegisterAt(fixture, station, scans, true);
     ASSERT_TRUE(registered.ok()) << registered.status();
     ASSERT_EQ(registered->fit.outcome, Outcome::kConverged) << station << ": " << registered->fit.evidence.remark;
-    worst_um = std::max(worst_um, ErrorUm(*registered, truth[station]));
+    worst_um = std::max(worst_um, ErrorAtStationUm(*registered, truth[station]));
   }
   std::printf("coarse start: 3 blades at their own stations, worst vertex %.2f um\n", worst_um);
   EXPECT_LT(worst_um, 3);
@@ -204,7 +204,7 @@ TEST(Station, AsFarAsItsCaptureAndNoFarther) {
     ASSERT_TRUE(registered.ok()) << registered.status();
     if (off_mm < 3) {
       ASSERT_TRUE(registered->fit.placed.has_value()) << registered->fit.evidence.remark;
-      const double error_um = ErrorUm(*registered, truth[0]);
+      const double error_um = ErrorAtStationUm(*registered, truth[0]);
       std::printf("%.1f mm off of 3: worst vertex %.2f um\n", off_mm, error_um);
       EXPECT_LT(error_um, 3);
     } else {

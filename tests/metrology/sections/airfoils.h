@@ -11,6 +11,8 @@
 
 namespace sixpoint::metrology {
 
+inline constexpr double kStepMm = 0.02;  // of a polygon that stands for a section
+
 enum class BladeEnd { kCircle, kEllipse, kSquare };
 
 // Camber: an arc of `turning_rad` and `arc_mm` from t = 0 (leading) to 1, its chord's direction at stagger_rad. Half thickness at t:

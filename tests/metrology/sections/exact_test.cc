@@ -16,7 +16,6 @@ using Eigen::Vector2d;
 using P = SectionParameter;
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
-constexpr double kStepMm = 0.02;
 
 SectionValues Evaluated(const std::vector<Vector2d>& polygon) {
   const auto made = LoopOutline(polygon);

@@ -15,8 +15,6 @@ namespace {
 using Eigen::Vector2d;
 using P = SectionParameter;
 
-constexpr double kStepMm = 0.02;
-
 MeasuredSection Measured(const Points& points, const OutlineOptions& options = {},
                          const UncertaintyOptions& uncertainty = {}) {
   const auto outline = MeasuredOutline(points, {}, options);

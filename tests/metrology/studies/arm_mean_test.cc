@@ -6,15 +6,16 @@
 #include <cmath>
 #include <random>
 
+#include "metrology/frames/angles.h"
+
 namespace sixpoint::metrology {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 // The thesis' arm: 3 um, 0.005 deg.
 ArmSpread Arm() {
   ArmSpread arm;
-  arm.covariance.diagonal() << Eigen::Vector3d::Constant(std::pow(0.005 * kDegree, 2)), Eigen::Vector3d::Constant(9e-6);
+  arm.covariance.diagonal() << Eigen::Vector3d::Constant(std::pow(0.005 * kRadPerDeg, 2)),
+      Eigen::Vector3d::Constant(9e-6);
   arm.degrees_of_freedom = 14;
   return arm;
 }
@@ -22,8 +23,8 @@ ArmSpread Arm() {
 // One height sees a turn about Y badly.
 Matrix6d NoiseOfOneHeight() {
   Matrix6d noise = Matrix6d::Zero();
-  noise.diagonal() << std::pow(0.0005 * kDegree, 2), std::pow(0.02 * kDegree, 2), std::pow(0.001 * kDegree, 2), 1e-8,
-      1e-8, 1e-8;
+  noise.diagonal() << std::pow(0.0005 * kRadPerDeg, 2), std::pow(0.02 * kRadPerDeg, 2), std::pow(0.001 * kRadPerDeg, 2),
+      1e-8, 1e-8, 1e-8;
   return noise;
 }
 

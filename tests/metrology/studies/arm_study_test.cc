@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/frames/angles.h"
 #include "metrology/statistics/spread.h"
 #include "tests/metrology/calibration/artefact_sampler.h"
 
@@ -18,7 +19,6 @@ namespace {
 using nlohmann::json;
 using sixpoint::testing::ArtefactBench;
 using ::testing::HasSubstr;
-constexpr double kDeg = M_PI / 180;
 
 // Scans by a sensor that is displaced by known amounts.
 struct Bench {
@@ -35,7 +35,7 @@ Bench Displaced(int count, double noise_mm, unsigned seed) {
   for (int i = 0; i < count; ++i) {
     Vector6d w = Vector6d::Zero();
     if (i > 0)
-      for (int k = 0; k < 6; ++k) w(k) = normal(random) * (k < 3 ? 0.005 * kDeg : 5e-3);
+      for (int k = 0; k < 6; ++k) w(k) = normal(random) * (k < 3 ? 0.005 * kRadPerDeg : 5e-3);
     b.bench.sensor.rotation = RotationFromVector(w.head<3>()) * first.rotation;
     b.bench.sensor.t_sm_mm = first.t_sm_mm + w.tail<3>();
     b.scans.push_back(b.bench.Scan("s" + std::to_string(i), 0, noise_mm, &random));
@@ -66,8 +66,8 @@ TEST(ArmStudy, FindsKnownDisplacementsWithinItsUncertainty) {
     chi += error.dot((*found)[i].covariance.ldlt().solve(error)) / 7;
     // 100 000 points of 2 um: translations to 0.1 um, alpha to the same over 10 mm; beta rests on the cones' 1.5 mm.
     EXPECT_LT(error.tail<3>().norm(), 1e-3);
-    EXPECT_LT(std::abs(error(0)), 0.002 * kDeg);
-    EXPECT_LT(std::sqrt((*found)[i].covariance(1, 1)), 0.03 * kDeg);
+    EXPECT_LT(std::abs(error(0)), 0.002 * kRadPerDeg);
+    EXPECT_LT(std::sqrt((*found)[i].covariance(1, 1)), 0.03 * kRadPerDeg);
     EXPECT_NEAR((*found)[i].residual_rms_mm, 2e-3, 0.1e-3);
   }
   // 7 x 6 normal values, the first scan's error in all: mean 6, standard deviation about 2.5.
@@ -81,7 +81,7 @@ TEST(ArmStudy, AFairCalibrationIsGoodEnough) {
   options.optics = b.bench.optics;
   options.sensor = b.bench.sensor;
   const auto exact = StudyArm(b.scans, b.bench.artefact, options);
-  options.sensor.rotation = RotationFromVector(0.02 * kDeg * Eigen::Vector3d(1, -1, 1)) * options.sensor.rotation;
+  options.sensor.rotation = RotationFromVector(0.02 * kRadPerDeg * Eigen::Vector3d(1, -1, 1)) * options.sensor.rotation;
   options.sensor.t_sm_mm += Eigen::Vector3d(0.01, 0.01, -0.01);
   const auto fair = StudyArm(b.scans, b.bench.artefact, options);
   ASSERT_TRUE(exact.ok() && fair.ok()) << exact.status() << fair.status();
@@ -122,7 +122,7 @@ TEST(ArmStudy, FindsTheDisplacementsOfPlantA) {
     artefact.cones.push_back({name, {at.at(0).get<double>(), at.at(1).get<double>()}});
   for (const auto& [name, at] : record.at("slots_mm").items())
     artefact.slots.push_back({name, {at.at(0).get<double>(), at.at(1).get<double>()}});
-  artefact.cone_half_angle_rad = record.at("cone_half_angle_deg").get<double>() * kDeg;
+  artefact.cone_half_angle_rad = record.at("cone_half_angle_deg").get<double>() * kRadPerDeg;
   artefact.cone_top_radius_mm = record.at("cone_top_radius_mm");
   artefact.cone_bottom_radius_mm = record.at("cone_bottom_radius_mm");
   artefact.slot_width_mm = record.at("slot_width_mm");
@@ -150,10 +150,10 @@ TEST(ArmStudy, FindsTheDisplacementsOfPlantA) {
   double chi[6] = {};
   for (std::size_t i = 1; i < found->size(); ++i) {
     const ArmDisplacement& d = (*found)[i];
-    const double values[6] = {d.translation_mm.x(),  d.translation_mm.y(), d.translation_mm.z(),
-                              d.angles.alpha / kDeg, d.angles.beta / kDeg, d.angles.gamma / kDeg};
+    const double values[6] = {d.translation_mm.x(),        d.translation_mm.y(),       d.translation_mm.z(),
+                              d.angles.alpha / kRadPerDeg, d.angles.beta / kRadPerDeg, d.angles.gamma / kRadPerDeg};
     for (int k = 0; k < 6; ++k) {
-      const double u = std::sqrt(d.covariance((k + 3) % 6, (k + 3) % 6)) / (k < 3 ? 1 : kDeg);
+      const double u = std::sqrt(d.covariance((k + 3) % 6, (k + 3) % 6)) / (k < 3 ? 1 : kRadPerDeg);
       const double error = values[k] - (truth_of(i, k) - truth_of(0, k));
       std::printf("%s%9.5f (error %8.5f, u %.5f) ", k == 0 ? (d.scan + " ").c_str() : "", values[k], error, u);
       chi[k] += error * error / (u * u) / 14;

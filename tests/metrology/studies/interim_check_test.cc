@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "metrology/frames/angles.h"
 #include "metrology/statistics/distributions.h"
 #include "tests/metrology/calibration/artefact_sampler.h"
 
@@ -13,7 +14,6 @@ namespace {
 
 using sixpoint::testing::ArtefactBench;
 using ::testing::HasSubstr;
-constexpr double kDeg = M_PI / 180;
 
 SensorPose Knocked(const SensorPose& sensor, const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& shift_mm) {
   SensorPose knocked = sensor;
@@ -25,7 +25,7 @@ SensorPose Knocked(const SensorPose& sensor, const Eigen::Vector3d& turn_rad, co
 // Scans of an artefact that stands still, by a sensor that does not.
 class ScannedArtefact : public ::testing::Test {
  protected:
-  ScannedArtefact() { bench_.sensor.field = ScannerField::Of(bench_.optics.mid_range_mm, 25, 20 * kDeg); }
+  ScannedArtefact() { bench_.sensor.field = ScannerField::Of(bench_.optics.mid_range_mm, 25, 20 * kRadPerDeg); }
 
   // The calibration's own scan at that height of the field.
   void AddReference(double z_sensor_mm, const std::string& series = "s") {
@@ -94,7 +94,7 @@ TEST_F(ScannedArtefact, ATurnIsFoundAtTheCornersAndBetterFromTwoHeights) {
   AddReference(-10);
   InterimCheckOptions options;
   options.limit_mm = 0.02;
-  const Eigen::Vector3d turn(0, 0.12 * kDeg, 0);
+  const Eigen::Vector3d turn(0, 0.12 * kRadPerDeg, 0);
   const SensorPose now = Knocked(bench_.sensor, turn, Eigen::Vector3d::Zero());
   const CheckedScan high = Scan(now, 0, 10, "s"), low = Scan(now, 1, -10, "s");
   const InterimCheck both = Check({high, low}, options), one = Check({high}, options);

@@ -10,17 +10,17 @@
 #include "tests/support/fake_calibrations.h"
 #include "tests/support/fake_results.h"
 #include "tests/support/in_process_server.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::calibration {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using testing::Call;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Stub = v1::CalibrationService::Stub;
 using Studies = testing::FakeResults<storage::StudyRow, storage::StudyFilter>;
-
-constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 class CalibrationHandlersTest : public ::testing::Test {
  protected:
@@ -74,7 +74,7 @@ TEST_F(CalibrationHandlersTest, ACalibrationIsRecordedAndReadBack) {
 
 TEST_F(CalibrationHandlersTest, ARetryGetsTheKeptAnswerWithoutAnyWork) {
   v1::CharacteriseAxisRequest request = AxisRequest("A");
-  request.set_request_id(kId);
+  request.set_request_id(kSomeUuid);
   const auto first = Characterise(request);
   ASSERT_TRUE(first.ok()) << first.status();
   peers_.reset();  // work would fail
@@ -121,7 +121,7 @@ TEST_F(CalibrationHandlersTest, ADraftIsReleasedAndTheOneBeforeWithdrawn) {
   EXPECT_EQ(withdrawn->calibration().state(), v1::CALIBRATION_STATE_WITHDRAWN);
   EXPECT_EQ(withdrawn->in_force(), draft->name());
   EXPECT_EQ(withdrawn->resting_count(), 0);
-  withdraw.set_name(std::string("calibrations/") + kId);
+  withdraw.set_name(std::string("calibrations/") + kSomeUuid);
   EXPECT_EQ(runtime::ReasonOf(Call(*stub_, &Stub::WithdrawCalibration, withdraw).status()), "CALIBRATION_NOT_FOUND");
 }
 
@@ -186,7 +186,7 @@ TEST_F(CalibrationHandlersTest, AStudyIsRecordedOnceAndReadBack) {
   request.set_inner_name("person");
   request.set_unit("um");
   request.set_machine("machines/m1");
-  request.set_request_id(kId);
+  request.set_request_id(kSomeUuid);
   for (int i = 0; i < 8; ++i) {
     v1::Observation* o = request.add_observations();
     o->set_outer(std::to_string(i / 4));
@@ -211,7 +211,7 @@ TEST_F(CalibrationHandlersTest, AStudyIsRecordedOnceAndReadBack) {
 TEST_F(CalibrationHandlersTest, SaysWhatTheStoreSays) {
   store_->Fail(absl::UnavailableError("database: away"));
   EXPECT_EQ(Characterise(AxisRequest("A")).status().code(), absl::StatusCode::kUnavailable);
-  const std::string name = std::string("calibrations/") + kId;
+  const std::string name = std::string("calibrations/") + kSomeUuid;
   EXPECT_EQ(Get(name).status().code(), absl::StatusCode::kUnavailable);
   store_->Fail(absl::OkStatus());
   EXPECT_EQ(runtime::ReasonOf(Get(name).status()), "CALIBRATION_NOT_FOUND");

@@ -20,7 +20,7 @@ namespace {
 using sixpoint::testing::ProbeBench;
 using ::testing::HasSubstr;
 
-class FakePlant final : public plant::v1::PlantService::Service {
+class PlantWithProbe final : public plant::v1::PlantService::Service {
  public:
   plant::v1::TouchProbe touch_probe;
   grpc::Status GetMachine(grpc::ServerContext*, const plant::v1::GetMachineRequest* request,
@@ -86,7 +86,7 @@ class ProbeServiceTest : public ::testing::Test {
   }
 
   testing::ThrowawayDatabase database_;
-  FakePlant plant_;
+  PlantWithProbe plant_;
   testing::InProcessServer plant_server_;
   CalibrationService service_;
   testing::InProcessServer server_;

@@ -11,7 +11,7 @@ namespace {
 
 using metrology::Points;
 
-Points Profiles(int profile_count, int points_per_profile) {
+Points WavyProfiles(int profile_count, int points_per_profile) {
   Points points;
   for (int p = 0; p < profile_count; ++p) {
     for (int i = 0; i < points_per_profile; ++i)
@@ -32,7 +32,7 @@ void ExpectCovers(const std::vector<BlockSpan>& spans, std::size_t count) {
 }
 
 TEST(SplitIntoBlocks, CutsAfterSixtyFourProfilesAndKeepsTheRest) {
-  const Points points = Profiles(150, 100);
+  const Points points = WavyProfiles(150, 100);
   const auto spans = SplitIntoBlocks(points);
   ExpectCovers(spans, points.size());
   ASSERT_EQ(spans.size(), 3u);
@@ -42,7 +42,7 @@ TEST(SplitIntoBlocks, CutsAfterSixtyFourProfilesAndKeepsTheRest) {
 }
 
 TEST(SplitIntoBlocks, NeverSplitsAProfileBelowTheGreatestBlock) {
-  const Points points = Profiles(200, 777);
+  const Points points = WavyProfiles(200, 777);
   for (const BlockSpan& span : SplitIntoBlocks(points)) {
     if (span.first == 0) continue;
     EXPECT_NE(points[span.first].x(), points[span.first - 1].x());
@@ -50,14 +50,14 @@ TEST(SplitIntoBlocks, NeverSplitsAProfileBelowTheGreatestBlock) {
 }
 
 TEST(SplitIntoBlocks, ACloudWithoutProfilesStillMakesFewBlocks) {
-  const Points points = Profiles(20000, 1);
+  const Points points = WavyProfiles(20000, 1);
   const auto spans = SplitIntoBlocks(points);
   ExpectCovers(spans, points.size());
   EXPECT_EQ(spans.size(), 5u);
 }
 
 TEST(SplitIntoBlocks, OneEndlessProfileIsCutByNumber) {
-  const Points points = Profiles(1, 300000);
+  const Points points = WavyProfiles(1, 300000);
   const auto spans = SplitIntoBlocks(points);
   ExpectCovers(spans, points.size());
   EXPECT_EQ(spans.size(), 3u);
@@ -66,7 +66,7 @@ TEST(SplitIntoBlocks, OneEndlessProfileIsCutByNumber) {
 TEST(SplitIntoBlocks, NoPointsNoBlocks) { EXPECT_TRUE(SplitIntoBlocks({}).empty()); }
 
 TEST(SplitIntoBlocks, WideProfilesAreCutByTheirPoints) {
-  const Points points = Profiles(60, 1280);
+  const Points points = WavyProfiles(60, 1280);
   const auto spans = SplitIntoBlocks(points);
   ExpectCovers(spans, points.size());
   ASSERT_EQ(spans.size(), 2u);
@@ -74,7 +74,7 @@ TEST(SplitIntoBlocks, WideProfilesAreCutByTheirPoints) {
   EXPECT_EQ(spans[1].profile_count, 8);
 }
 
-ingest::v1::ScanHeader Header(ingest::v1::Encoding encoding) {
+ingest::v1::ScanHeader HeaderOf(ingest::v1::Encoding encoding) {
   ingest::v1::ScanHeader header;
   header.set_encoding(encoding);
   header.set_sender_error_um(0.5);
@@ -82,8 +82,8 @@ ingest::v1::ScanHeader Header(ingest::v1::Encoding encoding) {
 }
 
 TEST(PrepareScan, DracoKeepsOrderAndCountWithinTheProvenError) {
-  const Points points = Profiles(200, 120);
-  const auto scan = PrepareScan(Header(ingest::v1::ENCODING_UNSPECIFIED), points);
+  const Points points = WavyProfiles(200, 120);
+  const auto scan = PrepareScan(HeaderOf(ingest::v1::ENCODING_UNSPECIFIED), points);
   ASSERT_TRUE(scan.ok()) << scan.status();
   EXPECT_EQ(scan->header.encoding(), ingest::v1::ENCODING_DRACO);
   const double proven_um = scan->header.sender_error_um() - 0.5;  // on top of what the sender said
@@ -101,8 +101,8 @@ TEST(PrepareScan, DracoKeepsOrderAndCountWithinTheProvenError) {
 }
 
 TEST(PrepareScan, DoublesGoOutAsTheyAre) {
-  const Points points = Profiles(100, 90);
-  const auto scan = PrepareScan(Header(ingest::v1::ENCODING_XYZ_F64), points);
+  const Points points = WavyProfiles(100, 90);
+  const auto scan = PrepareScan(HeaderOf(ingest::v1::ENCODING_XYZ_F64), points);
   ASSERT_TRUE(scan.ok()) << scan.status();
   EXPECT_EQ(scan->header.sender_error_um(), 0.5);
   std::string all;
@@ -113,9 +113,9 @@ TEST(PrepareScan, DoublesGoOutAsTheyAre) {
 }
 
 TEST(PrepareScan, TheSamePointsGiveTheSameBytes) {
-  const Points points = Profiles(70, 120);
-  const auto one = PrepareScan(Header(ingest::v1::ENCODING_DRACO), points);
-  const auto two = PrepareScan(Header(ingest::v1::ENCODING_DRACO), points);
+  const Points points = WavyProfiles(70, 120);
+  const auto one = PrepareScan(HeaderOf(ingest::v1::ENCODING_DRACO), points);
+  const auto two = PrepareScan(HeaderOf(ingest::v1::ENCODING_DRACO), points);
   ASSERT_TRUE(one.ok() && two.ok());
   EXPECT_EQ(one->sha256, two->sha256);
   ASSERT_EQ(one->blocks.size(), two->blocks.size());
@@ -123,8 +123,8 @@ TEST(PrepareScan, TheSamePointsGiveTheSameBytes) {
 }
 
 TEST(PrepareScan, RefusesNothingAndRawProfiles) {
-  EXPECT_FALSE(PrepareScan(Header(ingest::v1::ENCODING_DRACO), {}).ok());
-  EXPECT_FALSE(PrepareScan(Header(ingest::v1::ENCODING_RAW_PROFILES), Profiles(2, 2)).ok());
+  EXPECT_FALSE(PrepareScan(HeaderOf(ingest::v1::ENCODING_DRACO), {}).ok());
+  EXPECT_FALSE(PrepareScan(HeaderOf(ingest::v1::ENCODING_RAW_PROFILES), WavyProfiles(2, 2)).ok());
 }
 
 // The proto's words, byte by byte.

@@ -32,14 +32,14 @@ struct Reader final : v1::ScanService::Service {
   }
 };
 
-metrology::Points Profiles(int profile_count) {
+metrology::Points FlatProfiles(int profile_count) {
   metrology::Points points_mm;
   for (int p = 0; p < profile_count; ++p)
     for (int i = 0; i < 100; ++i) points_mm.emplace_back(0.1 * p, 0.02 * i, 1);
   return points_mm;
 }
 
-v1::ScanHeader Header(v1::Encoding encoding) {
+v1::ScanHeader HeaderOfS1(v1::Encoding encoding) {
   v1::ScanHeader header;
   header.set_scan_id("s1");
   header.set_encoding(encoding);
@@ -49,7 +49,7 @@ v1::ScanHeader Header(v1::Encoding encoding) {
 class FetchTest : public ::testing::Test {
  protected:
   FetchTest() : server_({&reader_}), client_(server_.Connect()) {
-    const auto scan = PrepareScan(Header(v1::ENCODING_DRACO), Profiles(150));
+    const auto scan = PrepareScan(HeaderOfS1(v1::ENCODING_DRACO), FlatProfiles(150));
     EXPECT_TRUE(scan.ok()) << scan.status();
     reader_.record.set_sha256(scan->sha256);
     *reader_.record.mutable_header() = scan->header;
@@ -77,7 +77,7 @@ class FetchTest : public ::testing::Test {
 TEST_F(FetchTest, GivesAllPoints) {
   const auto fetched = Fetch();
   ASSERT_TRUE(fetched.ok()) << fetched.status();
-  const metrology::Points sent = Profiles(150);
+  const metrology::Points sent = FlatProfiles(150);
   ASSERT_EQ(fetched->scan.points_mm.size(), sent.size());
   for (std::size_t i = 0; i < sent.size(); ++i)
     EXPECT_LT((fetched->scan.points_mm[i] - sent[i]).cwiseAbs().maxCoeff(), 0.25e-3);
@@ -105,7 +105,7 @@ TEST_F(FetchTest, FindsMorePointsThanTheScanHas) {
 
 TEST_F(FetchTest, FindsARangeThatIsNotWhatWasAsked) {
   // Profiles 10 to 12, where 10 to 13 were asked for.
-  metrology::Points part = Profiles(13);
+  metrology::Points part = FlatProfiles(13);
   part.erase(part.begin(), part.begin() + 1000);
   reader_.blocks.resize(1);
   reader_.blocks[0].set_index(5);
@@ -126,9 +126,9 @@ TEST(ScanClient, UploadsAndFetchesTheSame) {
   testing::InProcessServer server({&service});
   const ScanClient client(server.Connect());
   for (const v1::Encoding encoding : {v1::ENCODING_DRACO, v1::ENCODING_XYZ_F64}) {
-    v1::ScanHeader header = Header(encoding);
+    v1::ScanHeader header = HeaderOfS1(encoding);
     header.set_scan_id(v1::Encoding_Name(encoding));
-    const auto stored = client.Upload(header, Profiles(150), runtime::ContextFor(10));
+    const auto stored = client.Upload(header, FlatProfiles(150), runtime::ContextFor(10));
     ASSERT_TRUE(stored.ok()) << stored.status();
     const auto fetched = client.Fetch(stored->scan().name(), runtime::ContextFor(10));
     ASSERT_TRUE(fetched.ok()) << fetched.status();

@@ -10,15 +10,15 @@
 #include "services/runtime/errors.h"
 #include "tests/services/correction/stand_ins.h"
 #include "tests/support/fake_results.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::correction {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Store = testing::FakeResults<storage::CorrectionRow, storage::CorrectionFilter>;
-
-constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 // Of corrections to which nothing happens.
 class NoEvents final : public storage::CorrectionEventStore {
@@ -116,20 +116,20 @@ TEST_F(CorrectionHandlersTest, RecordsWhatItRestsOnWithTheAnswer) {
 }
 
 TEST_F(CorrectionHandlersTest, ARetryGetsTheKeptAnswerEvenWhereTheWorldHasChanged) {
-  const auto first = Correct(Request(kId));
+  const auto first = Correct(Request(kSomeUuid));
   ASSERT_TRUE(first.ok()) << first.status();
   plant_.calibration.expired = true;
-  const auto again = Correct(Request(kId));
+  const auto again = Correct(Request(kSomeUuid));
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->SerializeAsString(), first->SerializeAsString());
   EXPECT_EQ(store_->rows().size(), 1u);
-  v1::CorrectRequest other = Request(kId);
+  v1::CorrectRequest other = Request(kSomeUuid);
   other.add_groups("G1");
   EXPECT_EQ(Correct(other).status().code(), absl::StatusCode::kAlreadyExists);
 }
 
 TEST_F(CorrectionHandlersTest, ADryRunSaysAllAndRecordsNothing) {
-  v1::CorrectRequest request = Request(kId);
+  v1::CorrectRequest request = Request(kSomeUuid);
   request.set_nc_template("G90\nG0 X1 Y2 Z3 A4 B5 (SIXPOINT G1/H1)\nX1 Y2 Z3 (SIXPOINT G1/H2)\n");
   request.set_dry_run(true);
   const auto dry = Correct(request);
@@ -149,7 +149,7 @@ TEST_F(CorrectionHandlersTest, ADryRunSaysAllAndRecordsNothing) {
 // For a machine that waits: one call, one registration however often it asks.
 TEST_F(CorrectionHandlersTest, ScansAreRegisteredAndCorrectedInOneCall) {
   v1::CorrectScansRequest request;
-  request.set_request_id(kId);
+  request.set_request_id(kSomeUuid);
   request.mutable_registration()->set_blade("blades/SN-1");
   request.mutable_registration()->add_scans("scans/a");
   request.mutable_registration()->set_method(registration::v1::METHOD_LOCAL);
@@ -158,7 +158,7 @@ TEST_F(CorrectionHandlersTest, ScansAreRegisteredAndCorrectedInOneCall) {
   ASSERT_TRUE(stub_->CorrectScans(runtime::ContextFor(30).get(), request, &first).ok());
   ASSERT_EQ(plant_.registration.asked.size(), 1u);
   const registration::v1::RegisterRequest& asked = plant_.registration.asked.front();
-  EXPECT_EQ(asked.request_id(), kId);
+  EXPECT_EQ(asked.request_id(), kSomeUuid);
   EXPECT_EQ(asked.scans(0), "scans/a");
   EXPECT_EQ(asked.method(), registration::v1::METHOD_LOCAL);
   EXPECT_EQ(first.registration(), testing::kRegistration);
@@ -171,7 +171,7 @@ TEST_F(CorrectionHandlersTest, ScansAreRegisteredAndCorrectedInOneCall) {
 
 TEST_F(CorrectionHandlersTest, WhatRegistrationRefusesIsRefusedByItsField) {
   v1::CorrectScansRequest request;
-  request.set_request_id(kId);
+  request.set_request_id(kSomeUuid);
   plant_.registration.refusal = Refuse("scans", "none", "1 to 64");
   v1::Correction correction;
   const absl::Status refused =
@@ -182,11 +182,11 @@ TEST_F(CorrectionHandlersTest, WhatRegistrationRefusesIsRefusedByItsField) {
 
 TEST_F(CorrectionHandlersTest, WhatFollowsFromTheCallIsNotSaidInIt) {
   v1::CorrectScansRequest request;
-  request.set_request_id(kId);
-  request.mutable_registration()->set_request_id(kId);
+  request.set_request_id(kSomeUuid);
+  request.mutable_registration()->set_request_id(kSomeUuid);
   request.mutable_registration()->set_for_inspection(true);
   request.mutable_correction()->set_registration(testing::kRegistration);
-  request.mutable_correction()->set_request_id(kId);
+  request.mutable_correction()->set_request_id(kSomeUuid);
   request.mutable_correction()->set_dry_run(true);
   request.mutable_correction()->add_groups("");
   v1::Correction correction;
@@ -481,7 +481,7 @@ TEST_F(CorrectionHandlersTest, NothingIsRecordedOfWhatIsRefusedOrFails) {
   EXPECT_EQ(Correct(Request()).status().code(), absl::StatusCode::kFailedPrecondition);
   plant_.calibration.expired = false;
   store_->Fail(absl::UnavailableError("database: away"));
-  EXPECT_EQ(Correct(Request(kId)).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(Correct(Request(kSomeUuid)).status().code(), absl::StatusCode::kUnavailable);
   EXPECT_TRUE(store_->rows().empty());
 }
 
@@ -507,7 +507,7 @@ TEST_F(CorrectionHandlersTest, ListsByPagesNewestFirst) {
 
 TEST_F(CorrectionHandlersTest, NamesWhatItDoesNotKnow) {
   v1::GetCorrectionRequest get;
-  get.set_name(std::string("corrections/") + kId);
+  get.set_name(std::string("corrections/") + kSomeUuid);
   v1::Correction correction;
   const grpc::Status status = stub_->GetCorrection(runtime::ContextFor(5).get(), get, &correction);
   EXPECT_EQ(runtime::ReasonOf(runtime::FromGrpc(status)), "CORRECTION_NOT_FOUND");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <regex>
 
+#include "metrology/frames/angles.h"
 #include "services/correction/correction_service.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
@@ -15,15 +16,15 @@
 namespace sixpoint::correction {
 namespace {
 
+using metrology::kRadPerDeg;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr double kRad = 3.14159265358979323846 / 180;
 constexpr int kPoses = 21;
 
 // A fan on the block's top, 2 mm along X, from upright to 20 degrees.
 metrology::ToolPose PoseOfFan(int i) {
-  const double share = i / (kPoses - 1.0), lean_rad = 20 * kRad * share;
+  const double share = i / (kPoses - 1.0), lean_rad = 20 * kRadPerDeg * share;
   return {{2 * share, -6, 0}, {std::sin(lean_rad), 0, std::cos(lean_rad)}};
 }
 
@@ -146,7 +147,8 @@ TEST_F(ModelPathsTest, IsCorrectedPoseByPoseAndReadBackTheSame) {
     // Through the machine's own chain the commands come back to the nominal poses on the part as it stands.
     const v1::CorrectedToolPose& pose = path.poses(i);
     const Eigen::Isometry3d machine_from_part =
-        plant_.block.axes.MachineFromZero(pose.a_deg() * kRad, pose.b_deg() * kRad) * plant_.block.pose.zero_from_part;
+        plant_.block.axes.MachineFromZero(pose.a_deg() * kRadPerDeg, pose.b_deg() * kRadPerDeg) *
+        plant_.block.pose.zero_from_part;
     const Eigen::Vector3d tip_mm(pose.tip_mm().x_mm(), pose.tip_mm().y_mm(), pose.tip_mm().z_mm());
     EXPECT_LT((machine_from_part * PoseOfFan(i).tip_in_part_mm - tip_mm).norm(), 1e-9) << i;
     EXPECT_LT((machine_from_part.linear() * PoseOfFan(i).axis_in_part - Eigen::Vector3d::UnitZ()).norm(), 1e-9) << i;

@@ -26,7 +26,7 @@ using metrology::kRadPerDeg;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-constexpr double kLine_mm = 28, kTop_mm = 38, kWeld_mm = 0.6, kRadius_mm = 2;
+constexpr double kLine_mm = 28, kTop_mm = 38, kWeld_mm = 0.6, kMillRadius_mm = 2;
 
 // Its span lies along the axis of B, so that a scanner sees all around it.
 class WeldedPlant : public testing::ScannedPlant {
@@ -81,7 +81,7 @@ class RepairServiceTest : public ::testing::Test {
     v1::RepairHeights& heights = *request.mutable_heights();
     heights.set_repair_line_mm(kLine_mm);
     heights.set_target_mm(kTop_mm);
-    request.mutable_mill()->set_diameter_mm(2 * kRadius_mm);
+    request.mutable_mill()->set_diameter_mm(2 * kMillRadius_mm);
     request.mutable_mill()->set_length_mm(30);
     v1::RepairMethod& method = *request.mutable_method();
     method.set_scallop_um(100);
@@ -239,8 +239,8 @@ TEST_F(RepairServiceTest, PlansAndReadsBackTheSame) {
       for (const Vector2d& point : KnownPolygon(z_mm, plant_.motion))
         least_mm = std::min(least_mm, (Vector3d(point.x(), point.y(), z_mm) - centre).norm());
   }
-  EXPECT_GT(least_mm, kRadius_mm);
-  EXPECT_LT(least_mm, kRadius_mm + 0.1);
+  EXPECT_GT(least_mm, kMillRadius_mm);
+  EXPECT_LT(least_mm, kMillRadius_mm + 0.1);
 
   v1::ReplayRepairRequest again;
   again.set_name(made->name());
@@ -250,8 +250,8 @@ TEST_F(RepairServiceTest, PlansAndReadsBackTheSame) {
 }
 
 TEST_F(RepairServiceTest, ItsLapsAreAProgramOfTheMachine) {
-  SetModel(2 * kRadius_mm);
-  plant_.StoreModel({{"OP10", "G1", 2 * kRadius_mm, 30, 1}});
+  SetModel(2 * kMillRadius_mm);
+  plant_.StoreModel({{"OP10", "G1", 2 * kMillRadius_mm, 30, 1}});
   const auto repair = Plan(Request());
   ASSERT_TRUE(repair.ok()) << repair.status();
   const auto laps = Laps(repair->name());
@@ -289,7 +289,7 @@ TEST_F(RepairServiceTest, ItsLapsAreAProgramOfTheMachine) {
   SetModel(3);
   EXPECT_THAT(std::string(Correct(repair->name()).status().message()),
               HasSubstr("electrode.diameter_mm: 3, want 4, as the mill that the repair was planned for"));
-  SetModel(2 * kRadius_mm);
+  SetModel(2 * kMillRadius_mm);
   plant_.plant.models["machining_models/edm"].clear_post_processor();
   EXPECT_THAT(std::string(Correct(repair->name()).status().message()), HasSubstr("no post-processor"));
   EXPECT_THAT(std::string(Correct("repairs/018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e").status().message()),

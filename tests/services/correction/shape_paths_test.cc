@@ -6,6 +6,7 @@
 #include <ctime>
 #include <optional>
 
+#include "metrology/frames/angles.h"
 #include "services/correction/correction_service.h"
 #include "services/correction/lattice_bytes.h"
 #include "services/correction/machining_pass_service.h"
@@ -20,19 +21,19 @@ namespace sixpoint::correction {
 namespace {
 
 using Eigen::Vector3d;
+using metrology::kRadPerDeg;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr double kRad = 3.14159265358979323846 / 180;
-constexpr double kRadius_mm = 2;
+constexpr double kElectrodeRadius_mm = 2;
 
 // A ball's centre on its way along the span, beside the edge that is machined.
 std::vector<metrology::ToolPose> AlongTheEdge(const metrology::Surface& design, double x_mm) {
   std::vector<metrology::ToolPose> poses;
   for (double z_mm = -4; z_mm <= 6; z_mm += 0.25) {
     const metrology::SurfacePoint at = design.Closest({x_mm, 3, z_mm});
-    poses.push_back({at.point_mm + kRadius_mm * at.normal, at.normal});
+    poses.push_back({at.point_mm + kElectrodeRadius_mm * at.normal, at.normal});
   }
   return poses;
 }
@@ -47,7 +48,7 @@ class ShapePathsTest : public ::testing::Test {
     model.set_part("parts/p1");
     plant::v1::MachiningOperation& operation = *model.add_operations();
     operation.set_operation("OP10");
-    operation.mutable_electrode()->set_diameter_mm(2 * kRadius_mm);
+    operation.mutable_electrode()->set_diameter_mm(2 * kElectrodeRadius_mm);
     operation.mutable_electrode()->set_length_mm(40);
     plant::v1::ToolPath& path = *operation.add_paths();
     path.set_path("edge");
@@ -65,7 +66,7 @@ class ShapePathsTest : public ::testing::Test {
     }
     model.set_nc_template(nc_template + "G0 Z50\nM30\n");
     SetModel(model);
-    plant_.StoreModel({{"OP10", "G1", 2 * kRadius_mm, 40, 1}});
+    plant_.StoreModel({{"OP10", "G1", 2 * kElectrodeRadius_mm, 40, 1}});
   }
 
   void SetModel(const plant::v1::MachiningModel& model) {
@@ -139,7 +140,7 @@ class ShapePathsTest : public ::testing::Test {
   }
   Vector3d InPart(const v1::CorrectedToolPose& pose) const {
     const Vector3d tip(pose.tip_mm().x_mm(), pose.tip_mm().y_mm(), pose.tip_mm().z_mm());
-    return (plant_.block.axes.MachineFromZero(pose.a_deg() * kRad, pose.b_deg() * kRad) *
+    return (plant_.block.axes.MachineFromZero(pose.a_deg() * kRadPerDeg, pose.b_deg() * kRadPerDeg) *
             plant_.block.pose.zero_from_part)
                .inverse() *
            tip;
@@ -189,9 +190,9 @@ TEST_F(ShapePathsTest, TheMillKeepsItsDistanceFromTheShape) {
   double worst_um = 0, off_design_um = 0, shift_mm = 0;
   for (int i = 0; i < edge.poses_size(); ++i) {
     const Vector3d tip_mm = InPart(edge.poses(i));
-    worst_um = std::max(worst_um, 1e3 * std::abs(surface->Closest(tip_mm).signed_distance_mm - kRadius_mm));
-    off_design_um =
-        std::max(off_design_um, 1e3 * std::abs(plant_.design->Closest(tip_mm).signed_distance_mm - kRadius_mm));
+    worst_um = std::max(worst_um, 1e3 * std::abs(surface->Closest(tip_mm).signed_distance_mm - kElectrodeRadius_mm));
+    off_design_um = std::max(off_design_um,
+                             1e3 * std::abs(plant_.design->Closest(tip_mm).signed_distance_mm - kElectrodeRadius_mm));
     shift_mm = std::max(shift_mm, (tip_mm - poses_[static_cast<std::size_t>(i)].tip_in_part_mm).norm());
   }
   EXPECT_LT(worst_um, 3);
@@ -315,7 +316,7 @@ TEST_F(ShapePathsTest, TheNextPassIsCommandedByWhatTheOneBeforeLeft) {
         nearest_mm = away_mm;
         stock_mm = surface->Closest(point.point_mm).signed_distance_mm;
       }
-    const double deeper_mm = kRadius_mm - foot.signed_distance_mm;
+    const double deeper_mm = kElectrodeRadius_mm - foot.signed_distance_mm;
     worst_um = std::max(worst_um, 1e3 * std::abs(deeper_mm - kShare * stock_mm));
     deeper_um += 1e3 * deeper_mm;
     gives_way_um += 1e3 * kShare * stock_mm;

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "metrology/frames/angles.h"
 #include "services/correction/correct.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
@@ -13,18 +14,17 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
+using metrology::kRadPerDeg;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-constexpr double kDegree = M_PI / 180;
 
 class StationsTest : public ::testing::Test {
  protected:
   StationsTest() {
     own_ = *runtime::FromProto("part", plant_.plant.part.zero_from_part_nominal());
     AddStation("beside", own_ * Eigen::Translation3d(60, 0, 0));
-    AddStation("turned", Isometry3d(Eigen::AngleAxisd(-35 * kDegree, Vector3d::UnitX())) * own_);
+    AddStation("turned", Isometry3d(Eigen::AngleAxisd(-35 * kRadPerDeg, Vector3d::UnitX())) * own_);
   }
   void AddStation(const std::string& name, const Isometry3d& nominal) {
     plant::v1::Station& station = *plant_.plant.part.add_stations();
@@ -35,7 +35,7 @@ class StationsTest : public ::testing::Test {
   // Of a blade that stands as its nominal there, but for a tenth of a millimetre and a degree.
   absl::StatusOr<Inputs> RegisteredAt(const std::string& station, const Isometry3d& nominal) {
     metrology::Vector6d off;
-    off << kDegree / 10, 0, 0, 0.1, 0, 0;
+    off << kRadPerDeg / 10, 0, 0, 0.1, 0, 0;
     registration::v1::Registration& registration = plant_.registration.registration;
     registration.set_station(station);
     runtime::ToProto(metrology::Perturbed(nominal, off, nominal.translation()), registration.mutable_zero_from_part());
@@ -63,8 +63,8 @@ TEST_F(StationsTest, NominalAnglesAreThoseOfTheNominalPartThere) {
   const plant::v1::HoleGroup& group = plant_.plant.part.hole_groups(0);
   const auto beside = RegisteredAt("beside", NominalOf(0));
   ASSERT_TRUE(beside.ok()) << beside.status();
-  EXPECT_EQ(beside->groups[0].nominal.a_rad, group.a_nominal_deg() * kDegree);
-  EXPECT_EQ(beside->groups[0].nominal.b_rad, group.b_nominal_deg() * kDegree);
+  EXPECT_EQ(beside->groups[0].nominal.a_rad, group.a_nominal_deg() * kRadPerDeg);
+  EXPECT_EQ(beside->groups[0].nominal.b_rad, group.b_nominal_deg() * kRadPerDeg);
   EXPECT_EQ(beside->zero_from_part_nominal.matrix(), NominalOf(0).matrix());
 
   const auto turned = RegisteredAt("turned", NominalOf(1));
@@ -73,8 +73,8 @@ TEST_F(StationsTest, NominalAnglesAreThoseOfTheNominalPartThere) {
   const Vector3d direction = NominalOf(1).linear() * turned->groups[0].axis_in_part;
   EXPECT_LT(metrology::TiltOf(turned->machine_axes.nominal, direction, nominal), 1e-9);
   // The part's are stated to a degree.
-  EXPECT_NEAR(nominal.a_rad / kDegree, group.a_nominal_deg(), 1);
-  EXPECT_NEAR(nominal.b_rad / kDegree, group.b_nominal_deg() + 35, 1);
+  EXPECT_NEAR(nominal.a_rad / kRadPerDeg, group.a_nominal_deg(), 1);
+  EXPECT_NEAR(nominal.b_rad / kRadPerDeg, group.b_nominal_deg() + 35, 1);
 }
 
 // A blade that stands a tenth off there is a tenth off, however far the station is from the part's own place.
@@ -90,18 +90,18 @@ TEST_F(StationsTest, ShiftsAreToldAgainstTheNominalPartThere) {
       greatest_mm = std::max(greatest_mm, (hole.start_mm - hole.nominal_start_mm).norm());
     std::printf("%s: starts at most %.3f mm from the nominal, A %.3f and B %.3f deg\n",
                 plant_.plant.part.stations(i).station().c_str(), greatest_mm,
-                (group.corrected.a_rad - group.nominal.a_rad) / kDegree,
-                (group.corrected.b_rad - group.nominal.b_rad) / kDegree);
+                (group.corrected.a_rad - group.nominal.a_rad) / kRadPerDeg,
+                (group.corrected.b_rad - group.nominal.b_rad) / kRadPerDeg);
     // 0.1 mm, and 0.1 degrees with what the part's own angles are rounded by, on levers of some ten millimetres from the axes.
     EXPECT_LT(greatest_mm, 2);
-    EXPECT_LT(std::abs(group.corrected.a_rad - group.nominal.a_rad), 1.2 * kDegree);
-    EXPECT_LT(std::abs(group.corrected.b_rad - group.nominal.b_rad), 1.2 * kDegree);
+    EXPECT_LT(std::abs(group.corrected.a_rad - group.nominal.a_rad), 1.2 * kRadPerDeg);
+    EXPECT_LT(std::abs(group.corrected.b_rad - group.nominal.b_rad), 1.2 * kRadPerDeg);
   }
 }
 
 // B reaches to 100 degrees.
 TEST_F(StationsTest, AStationAtWhichTheNominalHolesAreOutOfReachIsSaid) {
-  AddStation("behind", Isometry3d(Eigen::AngleAxisd(-150 * kDegree, Vector3d::UnitX())) * own_);
+  AddStation("behind", Isometry3d(Eigen::AngleAxisd(-150 * kRadPerDeg, Vector3d::UnitX())) * own_);
   const auto inputs = RegisteredAt("behind", own_);
   EXPECT_EQ(runtime::ReasonOf(inputs.status()), "POSE_OUT_OF_LIMITS") << inputs.status();
   EXPECT_THAT(std::string(inputs.status().message()), HasSubstr("group G1, nominally at station behind: "));

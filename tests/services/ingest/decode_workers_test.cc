@@ -15,6 +15,7 @@
 #include "sandbox/confine.h"
 #include "tests/sandbox/denied_call.h"
 #include "tests/services/ingest/sample_scans.h"
+#include "tests/services/ingest/worker_program.h"
 #include "tests/support/stock_draco.h"
 
 namespace sixpoint::ingest {
@@ -23,11 +24,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 using ::testing::HasSubstr;
-
-std::string WorkerProgram() {
-  const char* folder = std::getenv("SIXPOINT_BIN_DIR");
-  return std::string(folder == nullptr ? "." : folder) + "/sixpoint-decode-worker";
-}
 
 steady_clock::time_point Soon() { return steady_clock::now() + std::chrono::seconds(20); }
 

@@ -6,14 +6,14 @@
 namespace sixpoint::ingest {
 namespace {
 
-std::unique_ptr<storage::BlobStore> Store() {
+std::unique_ptr<storage::BlobStore> S3OrPostgresql() {
   if (!testing::WhyNoObjectStore().empty()) return storage::MakePostgresqlBlobStore();
   return storage::MakeObjectBlobStore(storage::MakeS3ObjectStore(testing::ObjectStoreConfig()));
 }
 
 class ObjectStoreScansTest : public ScanServiceTest {
  protected:
-  ObjectStoreScansTest() : ScanServiceTest(Store()) {}
+  ObjectStoreScansTest() : ScanServiceTest(S3OrPostgresql()) {}
   void SetUp() override {
     if (!testing::WhyNoObjectStore().empty()) GTEST_SKIP() << testing::WhyNoObjectStore();
   }

@@ -17,16 +17,12 @@
 #include "tests/services/ingest/conversation.h"
 #include "tests/services/ingest/fake_plant.h"
 #include "tests/services/ingest/sample_scans.h"
+#include "tests/services/ingest/worker_program.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/registered.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::ingest {
-
-inline std::string WorkerProgram() {
-  const char* folder = std::getenv("SIXPOINT_BIN_DIR");
-  return std::string(folder == nullptr ? "." : folder) + "/sixpoint-decode-worker";
-}
 
 class ScanServiceTest : public ::testing::Test {
  protected:

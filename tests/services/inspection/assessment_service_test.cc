@@ -19,18 +19,18 @@
 #include "storage/record.h"
 #include "tests/services/correction/judged_plant.h"
 #include "tests/support/customers_parts.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::inspection {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using namespace plant::v1;  // NOLINT: enums say whose they are
 using namespace v1;         // NOLINT: the same
-
-constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 class AssessmentServiceTest : public ::testing::Test {
  protected:
@@ -512,7 +512,7 @@ TEST_F(AssessmentServiceTest, RefusesWhatIsNotOfThatBladeAndDrawing) {
   request.set_stage(ASSESSMENT_STAGE_UNSPECIFIED);
   expect(request, kBad, "stage");
   for (const char* name : {"inspections/", "deviations/", "sections/"})
-    expect(Request({std::string(name) + kId}), absl::StatusCode::kNotFound, kId);
+    expect(Request({std::string(name) + kSomeUuid}), absl::StatusCode::kNotFound, kSomeUuid);
   request = Request(results);
   request.set_drawing("drawings/d9");
   expect(request, absl::StatusCode::kNotFound, "d9");
@@ -527,7 +527,7 @@ TEST_F(AssessmentServiceTest, RefusesWhatIsNotOfThatBladeAndDrawing) {
   Draw();
   expect(Request(results, ASSESSMENT_STAGE_BEFORE_MACHINING), kBad, "characteristic that is due");
   GetAssessmentRequest get;
-  get.set_name(std::string("assessments/") + kId);
+  get.set_name(std::string("assessments/") + kSomeUuid);
   Assessment none;
   const absl::Status missing = runtime::FromGrpc(stub_->GetAssessment(runtime::ContextFor(10).get(), get, &none));
   EXPECT_EQ(runtime::ReasonOf(missing), "ASSESSMENT_NOT_FOUND");
@@ -589,7 +589,7 @@ TEST_F(AssessmentServiceTest, LeavesAsFilesThatReadBackToItsValues) {
 TEST_F(AssessmentServiceTest, AnswersARetryAsItDidAndStoresOnce) {
   AddHoles(CHARACTERISTIC_QUANTITY_HOLE_POSITION, CHARACTERISTIC_UNIT_MM, 0.06, TOLERANCE_ZONE_RADIUS);
   AssessBladeRequest request = Request(Measure(Plan()));
-  request.set_request_id(kId);
+  request.set_request_id(kSomeUuid);
   const auto first = Assess(request), second = Assess(request);
   ASSERT_TRUE(first.ok()) << first.status();
   EXPECT_EQ(first->DebugString(), second->DebugString());

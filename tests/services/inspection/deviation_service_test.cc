@@ -13,16 +13,16 @@
 #include "storage/blobs.h"
 #include "storage/record.h"
 #include "tests/services/correction/judged_plant.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::inspection {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 class DeviationServiceTest : public ::testing::Test {
  protected:
@@ -232,7 +232,7 @@ TEST_F(DeviationServiceTest, KeepsThePointsAsACloudUnlessToldOtherwise) {
 
 TEST_F(DeviationServiceTest, ARetryComputesNothingAnew) {
   v1::MapDeviationRequest request = Request();
-  request.set_request_id(kId);
+  request.set_request_id(kSomeUuid);
   const auto first = Map(request);
   ASSERT_TRUE(first.ok()) << first.status();
   const auto downloads = plant_.ingest.downloads();
@@ -286,7 +286,7 @@ TEST_F(DeviationServiceTest, RefusesWhatCannotBeMeantAndKeepsNothing) {
 }
 
 TEST_F(DeviationServiceTest, WhatIsNotRecordedIsNotFound) {
-  const std::string name = std::string("deviations/") + kId;
+  const std::string name = std::string("deviations/") + kSomeUuid;
   v1::GetDeviationMapRequest get;
   get.set_name(name);
   v1::DeviationMap map;

@@ -12,7 +12,7 @@ using report::Verdict;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
-plant::v1::Drawing Drawing() {
+plant::v1::Drawing DrawingOfVane() {
   plant::v1::Drawing drawing;
   drawing.set_name("drawings/dwg");
   drawing.set_drawing_number("DWG-1");
@@ -47,7 +47,7 @@ plant::v1::Drawing Drawing() {
 }
 
 // Characteristic 1 at two holes, one of them out; 2 conforms; of 3 there is nothing.
-v1::Assessment Assessment() {
+v1::Assessment AssessmentOfVane() {
   v1::Assessment assessment;
   assessment.set_name("assessments/a1");
   assessment.set_blade("blades/sn1");
@@ -70,11 +70,11 @@ v1::Assessment Assessment() {
 }
 
 std::string RefusalOf(const v1::FirstArticleFields& fields) {
-  return std::string(FirstArticleOf(Assessment(), Drawing(), fields).status().message());
+  return std::string(FirstArticleOf(AssessmentOfVane(), DrawingOfVane(), fields).status().message());
 }
 
 TEST(FirstArticleOf, LeavesBlankWhatNobodyGave) {
-  const auto made = FirstArticleOf(Assessment(), Drawing(), {});
+  const auto made = FirstArticleOf(AssessmentOfVane(), DrawingOfVane(), {});
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_TRUE(Check(*made).ok()) << Check(*made);
   EXPECT_EQ(made->part_number, "vane-4711");
@@ -95,7 +95,7 @@ TEST(FirstArticleOf, LeavesBlankWhatNobodyGave) {
 }
 
 TEST(FirstArticleOf, AccountsForEveryCharacteristicOfTheDrawing) {
-  const auto made = FirstArticleOf(Assessment(), Drawing(), {});
+  const auto made = FirstArticleOf(AssessmentOfVane(), DrawingOfVane(), {});
   ASSERT_TRUE(made.ok()) << made.status();
   ASSERT_THAT(made->form3, SizeIs(4));
   const FirstArticle::Line &first = made->form3[0], &out = made->form3[1], &missing = made->form3[3];
@@ -112,9 +112,10 @@ TEST(FirstArticleOf, AccountsForEveryCharacteristicOfTheDrawing) {
   EXPECT_EQ(missing.characteristic.verdict, Verdict::kNotMeasured);
   EXPECT_THAT(missing.characteristic.reason, HasSubstr("says nothing of it"));
   EXPECT_EQ(NonconformanceOf(*made), report::Nonconformance::kYes);
-  v1::Assessment good = Assessment();
+  v1::Assessment good = AssessmentOfVane();
   good.mutable_findings(1)->set_verdict(v1::VERDICT_CONFORM);
-  EXPECT_EQ(NonconformanceOf(*FirstArticleOf(good, Drawing(), {})), report::Nonconformance::kOpen);  // 3 is missing
+  EXPECT_EQ(NonconformanceOf(*FirstArticleOf(good, DrawingOfVane(), {})),
+            report::Nonconformance::kOpen);  // 3 is missing
 }
 
 TEST(FirstArticleOf, TakesWhatPeopleKnow) {
@@ -137,7 +138,7 @@ TEST(FirstArticleOf, TakesWhatPeopleKnow) {
   v1::NonconformanceNumber& number = *fields.add_nonconformances();
   number.set_characteristic("1");
   number.set_number("NC-3");
-  const auto made = FirstArticleOf(Assessment(), Drawing(), fields);
+  const auto made = FirstArticleOf(AssessmentOfVane(), DrawingOfVane(), fields);
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_EQ(made->fair_identifier, "FAIR-7");
   EXPECT_TRUE(made->form1.is_assembly);

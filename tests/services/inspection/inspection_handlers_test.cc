@@ -8,15 +8,15 @@
 #include "services/runtime/geometry_proto.h"
 #include "tests/services/correction/stand_ins.h"
 #include "tests/support/fake_results.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::inspection {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using Store = testing::FakeResults<storage::InspectionRow, storage::InspectionFilter>;
-
-constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 class InspectionHandlersTest : public ::testing::Test {
  protected:
@@ -60,10 +60,10 @@ TEST_F(InspectionHandlersTest, RecordsTheVerdictWithWhatItRestsOn) {
 }
 
 TEST_F(InspectionHandlersTest, ARetryRegistersNothingAnew) {
-  const auto first = Inspect(Request(kId));
+  const auto first = Inspect(Request(kSomeUuid));
   ASSERT_TRUE(first.ok()) << first.status();
   const int register_count = plant_.registration.register_count;
-  const auto again = Inspect(Request(kId));
+  const auto again = Inspect(Request(kSomeUuid));
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->SerializeAsString(), first->SerializeAsString());
   EXPECT_EQ(plant_.registration.register_count, register_count);
@@ -99,7 +99,7 @@ TEST_F(InspectionHandlersTest, NothingIsRecordedOfWhatIsRefusedOrFails) {
   EXPECT_EQ(Inspect(Request()).status().code(), absl::StatusCode::kUnavailable);
   plant_.registration.refusal = absl::OkStatus();
   store_->Fail(absl::UnavailableError("database: away"));
-  EXPECT_EQ(Inspect(Request(kId)).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(Inspect(Request(kSomeUuid)).status().code(), absl::StatusCode::kUnavailable);
   EXPECT_TRUE(store_->rows().empty());
 }
 

@@ -9,7 +9,9 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-TEST_F(MeasurementServiceTest, WhatTheFileDoesNotTellIsStatedOrRefused) {
+using MeasurementRefusalsTest = MeasurementServiceTest;
+
+TEST_F(MeasurementRefusalsTest, WhatTheFileDoesNotTellIsStatedOrRefused) {
   const std::string bare = "characteristic,feature,value,unit\n1,H1,0.06,mm\n9,,0.1,mm\n";
   const std::string all = Refusal(Request(bare));
   EXPECT_THAT(all, HasSubstr("content: row 1: serial: empty, want a serial number in the file, or `blade`"));
@@ -29,7 +31,7 @@ TEST_F(MeasurementServiceTest, WhatTheFileDoesNotTellIsStatedOrRefused) {
   EXPECT_FALSE(read.values(0).has_expanded_uncertainty()) << "none is stated, and 0 would be one";
 }
 
-TEST_F(MeasurementServiceTest, WhatCannotBeIsRefusedByName) {
+TEST_F(MeasurementRefusalsTest, WhatCannotBeIsRefusedByName) {
   EXPECT_THAT(RefusalOf(Row("SN-9", "12", "", "3", "mm") + Row("SN-8", "12", "", "3", "mm")),
               AllOf(HasSubstr("serial: blades/SN-9, want one that the plant knows"), HasSubstr("SN-8")));
   EXPECT_THAT(RefusalOf(Row("X-1", "12", "", "3", "mm")),
@@ -62,7 +64,7 @@ TEST_F(MeasurementServiceTest, WhatCannotBeIsRefusedByName) {
   EXPECT_THAT(RefusalOf(many), HasSubstr("serial: B-200, want at most 200 blades in a file"));
 }
 
-TEST_F(MeasurementServiceTest, WhatTheRequestStatesIsChecked) {
+TEST_F(MeasurementRefusalsTest, WhatTheRequestStatesIsChecked) {
   const std::string good = kHead + Row("SN-1", "12", "", "3", "mm");
   const auto refusal = [&](const std::function<void(v1::ImportMeasurementsRequest*)>& spoil) {
     v1::ImportMeasurementsRequest request = Request(good);

@@ -10,14 +10,14 @@
 #include "storage/blobs.h"
 #include "tests/exchange/sample_part.h"
 #include "tests/services/inspection/measurement_service_fixture.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::inspection {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
-
-constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 TEST_F(MeasurementServiceTest, AFileIsAMeasurementABladeInTheDrawingsUnits) {
   const std::string file = kHead + Row("SN-2", "12", "", "30.0125", "mm") + Row("SN-1", "6", "", "1.25", "mm") +
@@ -142,7 +142,7 @@ TEST_F(MeasurementServiceTest, AQifFileOfAnotherToolIsReadByName) {
 TEST_F(MeasurementServiceTest, ARetryRecordsNothingAnewAndAFileIsAllOrNothing) {
   v1::ImportMeasurementsRequest request =
       Request(kHead + Row("SN-1", "12", "", "3", "mm") + Row("SN-2", "12", "", "3", "mm"));
-  request.set_request_id(kId);
+  request.set_request_id(kSomeUuid);
   const auto first = Import(request), again = Import(request);
   ASSERT_TRUE(first.ok()) << first.status();
   ASSERT_TRUE(again.ok()) << again.status();
@@ -188,7 +188,7 @@ TEST_F(MeasurementServiceTest, ListsByWhatIsAskedFor) {
   EXPECT_EQ(stub_->ListMeasurements(runtime::ContextFor(10).get(), odd, &response).error_code(),
             grpc::StatusCode::INVALID_ARGUMENT);
   v1::GetMeasurementRequest get;
-  get.set_name(std::string("measurements/") + kId);
+  get.set_name(std::string("measurements/") + kSomeUuid);
   v1::Measurement none;
   EXPECT_EQ(runtime::ReasonOf(runtime::FromGrpc(stub_->GetMeasurement(runtime::ContextFor(10).get(), get, &none))),
             "MEASUREMENT_NOT_FOUND");

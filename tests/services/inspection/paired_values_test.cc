@@ -11,7 +11,7 @@ namespace {
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-plant::v1::Drawing Drawing() {
+plant::v1::Drawing DrawingInUnits() {
   plant::v1::Drawing drawing;
   for (const auto& [number, unit] :
        {std::pair("9", plant::v1::CHARACTERISTIC_UNIT_MM), std::pair("1", plant::v1::CHARACTERISTIC_UNIT_UM),
@@ -39,7 +39,7 @@ TEST(PairedValues, TheNewestOfEachInTheDrawingsUnitsAndOrder) {
       Theirs("SN-1", {{"1", "h1", "UM", "RADIUS", 10, 1.5, ""}, {"1", "h2", "UM", "RADIUS", 10, 1.5, ""}}),
       Theirs("SN-1", {{"1", "h1", "UM", "RADIUS", 77, 1.5, ""}, {"9", "", "MM", "HALF_WIDTH", 0.025, {}, ""}}),
       Theirs("SN-2", {{"9", "", "MM", "BORDERS", -0.031, {}, ""}})};
-  const auto pairs = PairedValues(Drawing(), ours, theirs);
+  const auto pairs = PairedValues(DrawingInUnits(), ours, theirs);
   ASSERT_THAT(pairs, SizeIs(3));
   EXPECT_EQ(pairs[0].characteristic + pairs[0].blade, "9SN-1");
   EXPECT_EQ(pairs[0].ours, 0.02) << "a half width has no sign";
@@ -56,13 +56,13 @@ TEST(PairedValues, TheNewestOfEachInTheDrawingsUnitsAndOrder) {
 
 TEST(PairedValues, WhatCannotStandBesideOursHasNoPair) {
   const std::vector<OurValue> ours = {{"SN-1", "4", "h1", "DEG", 1, {}}, {"SN-1", "99", "", "MM", 1, {}}};
-  EXPECT_THAT(PairedValues(Drawing(), ours,
+  EXPECT_THAT(PairedValues(DrawingInUnits(), ours,
                            {Theirs("SN-1", {{"4", "h1", "MM", "", 1, {}, ""}, {"99", "", "MM", "", 1, {}, ""}}),
                             Theirs("SN-2", {{"4", "h1", "DEG", "", 1, {}, ""}}),
                             Theirs("SN-1", {{"4", "h2", "DEG", "", 1, {}, ""}})}),
               IsEmpty());
   // What was not measured does not hide an older value that was.
-  EXPECT_THAT(PairedValues(Drawing(), ours,
+  EXPECT_THAT(PairedValues(DrawingInUnits(), ours,
                            {Theirs("SN-1", {{"4", "h1", "DEG", "", {}, {}, "broken"}}),
                             Theirs("SN-1", {{"4", "h1", "DEG", "", 2, {}, ""}})}),
               SizeIs(1));

@@ -13,15 +13,16 @@
 #include "services/runtime/geometry_proto.h"
 #include "storage/record.h"
 #include "tests/services/inspection/airfoil_plant.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::inspection {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 constexpr double kDeg = 180 / 3.14159265358979323846;
 
 class SectionServiceTest : public ::testing::Test {
@@ -179,7 +180,7 @@ TEST_F(SectionServiceTest, WhatWasNotSeenIsNotMeasuredAndSaysWhy) {
 
 TEST_F(SectionServiceTest, ARetryComputesNothingAnew) {
   v1::MeasureSectionsRequest request = Request({4});
-  request.set_request_id(kId);
+  request.set_request_id(kSomeUuid);
   const auto first = Measure(request);
   ASSERT_TRUE(first.ok()) << first.status();
   const auto downloads = plant_.ingest.downloads();
@@ -221,7 +222,7 @@ TEST_F(SectionServiceTest, RefusesWhatCannotBeMeantAndKeepsNothing) {
 
 TEST_F(SectionServiceTest, WhatIsNotRecordedIsNotFound) {
   v1::GetSectionMeasurementRequest get;
-  get.set_name(std::string("sections/") + kId);
+  get.set_name(std::string("sections/") + kSomeUuid);
   v1::SectionMeasurement measurement;
   const absl::Status missing =
       runtime::FromGrpc(stub_->GetSectionMeasurement(runtime::ContextFor(10).get(), get, &measurement));

@@ -18,7 +18,7 @@
 namespace sixpoint::plant {
 namespace {
 
-using Stub = v1::AccountService::Stub;
+using AccountStub = v1::AccountService::Stub;
 using ::testing::AnyOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -52,14 +52,14 @@ class Desk {
     request.set_name(name);
     request.set_password(password);
     request.set_client_address(address);
-    return Ask(&Stub::SignIn, request, session);
+    return Ask(&AccountStub::SignIn, request, session);
   }
   std::string SignInWithIdToken(const std::string& id_token, v1::Session* session, const std::string& nonce = "n-1") {
     v1::SignInWithIdTokenRequest request;
     request.set_id_token(id_token);
     request.set_nonce(nonce);
     request.set_client_address("192.0.2.1");
-    return Ask(&Stub::SignInWithIdToken, request, session);
+    return Ask(&AccountStub::SignInWithIdToken, request, session);
   }
   // What is asked now by another thread.
   void Cancel() {
@@ -93,7 +93,7 @@ class Desk {
   grpc::ClientContext* running_ = nullptr;
   AccountService service_;
   testing::InProcessServer server_;
-  const std::unique_ptr<Stub> stub_;
+  const std::unique_ptr<AccountStub> stub_;
   absl::Status last_;
 };
 
@@ -105,10 +105,10 @@ class AccountServiceTest : public ::testing::Test {
     request.set_name(name);
     request.set_password(password);
     for (const access::v1::Role role : roles) request.add_roles(role);
-    return desk_.Ask(&Stub::CreateAccount, request, &account_);
+    return desk_.Ask(&AccountStub::CreateAccount, request, &account_);
   }
   template <typename Request>
-  std::string Change(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, v1::Account*),
+  std::string Change(grpc::Status (AccountStub::*method)(grpc::ClientContext*, const Request&, v1::Account*),
                      const std::string& name, Request request = Request()) {
     request.set_name(name);
     return desk_.Ask(method, request, &account_);
@@ -156,24 +156,24 @@ TEST_F(AccountServiceTest, AnAccountIsMadeOnceAndChanged) {
   roles.add_roles(access::v1::ROLE_ADMIN);
   roles.add_roles(access::v1::ROLE_QUALITY);
   roles.add_roles(access::v1::ROLE_ADMIN);
-  EXPECT_EQ(Change(&Stub::SetAccountRoles, "users/jane", roles), "OK");
-  EXPECT_EQ(Change(&Stub::SetAccountRoles, "users/jane", roles), "OK");  // as it is: nothing is done
+  EXPECT_EQ(Change(&AccountStub::SetAccountRoles, "users/jane", roles), "OK");
+  EXPECT_EQ(Change(&AccountStub::SetAccountRoles, "users/jane", roles), "OK");  // as it is: nothing is done
   EXPECT_THAT(account_.roles(), ElementsAre(access::v1::ROLE_QUALITY, access::v1::ROLE_ADMIN));
-  EXPECT_EQ(Change(&Stub::DisableAccount, "users/jane"), "OK");
-  EXPECT_EQ(Change(&Stub::DisableAccount, "users/jane"), "OK");
+  EXPECT_EQ(Change(&AccountStub::DisableAccount, "users/jane"), "OK");
+  EXPECT_EQ(Change(&AccountStub::DisableAccount, "users/jane"), "OK");
   EXPECT_TRUE(account_.disabled());
-  EXPECT_EQ(Change(&Stub::EnableAccount, "users/jane"), "OK");
+  EXPECT_EQ(Change(&AccountStub::EnableAccount, "users/jane"), "OK");
   v1::SetPasswordRequest password;
   password.set_password("something else that is long");
-  EXPECT_EQ(Change(&Stub::SetPassword, "users/jane", password), "OK");
-  EXPECT_EQ(Change(&Stub::GetAccount, "users/jane"), "OK");
+  EXPECT_EQ(Change(&AccountStub::SetPassword, "users/jane", password), "OK");
+  EXPECT_EQ(Change(&AccountStub::GetAccount, "users/jane"), "OK");
   EXPECT_FALSE(account_.disabled());
   EXPECT_THAT(Events(), ElementsAre("users/jane created", "users/jane roles_set", "users/jane disabled",
                                     "users/jane enabled", "users/jane password_set"));
   EXPECT_EQ(desk_.SignIn("users/jane", kPassword, &session_), "SIGN_IN_REFUSED");
   EXPECT_EQ(desk_.SignIn("users/jane", "something else that is long", &session_), "OK") << desk_.last();
-  EXPECT_EQ(Change(&Stub::GetAccount, "users/nobody"), "ACCOUNT_NOT_FOUND");
-  EXPECT_EQ(Change(&Stub::DisableAccount, "users/nobody"), "ACCOUNT_NOT_FOUND");
+  EXPECT_EQ(Change(&AccountStub::GetAccount, "users/nobody"), "ACCOUNT_NOT_FOUND");
+  EXPECT_EQ(Change(&AccountStub::DisableAccount, "users/nobody"), "ACCOUNT_NOT_FOUND");
 }
 
 TEST_F(AccountServiceTest, WhatIsNoAccountIsRefusedByField) {
@@ -197,11 +197,11 @@ TEST_F(AccountServiceTest, ListsEveryPage) {
   v1::ListAccountsRequest request;
   request.set_page_size(2);
   v1::ListAccountsResponse page;
-  ASSERT_EQ(desk_.Ask(&Stub::ListAccounts, request, &page), "OK");
+  ASSERT_EQ(desk_.Ask(&AccountStub::ListAccounts, request, &page), "OK");
   ASSERT_EQ(page.accounts_size(), 2);
   EXPECT_EQ(page.accounts(1).name(), "users/b");
   request.set_page_token(page.next_page_token());
-  ASSERT_EQ(desk_.Ask(&Stub::ListAccounts, request, &page), "OK");
+  ASSERT_EQ(desk_.Ask(&AccountStub::ListAccounts, request, &page), "OK");
   ASSERT_EQ(page.accounts_size(), 1);
   EXPECT_EQ(page.accounts(0).name(), "users/c");
   EXPECT_EQ(page.next_page_token(), "");
@@ -220,23 +220,23 @@ TEST_F(AccountServiceTest, ASessionSaysWhoAndIsRenewedUntilItEnds) {
   v1::RenewSessionRequest renew;
   renew.set_token(session_.token());
   v1::Session renewed;
-  ASSERT_EQ(desk_.Ask(&Stub::RenewSession, renew, &renewed), "OK") << desk_.last();
+  ASSERT_EQ(desk_.Ask(&AccountStub::RenewSession, renew, &renewed), "OK") << desk_.last();
   EXPECT_NE(renewed.token(), session_.token());
   EXPECT_EQ(renewed.signed_in_at().nanos(), session_.signed_in_at().nanos());
   EXPECT_GE(renewed.expires_at().seconds(), session_.expires_at().seconds());
   v1::SignOutRequest out;
   v1::SignOutResponse done;
   out.set_token(renewed.token());
-  EXPECT_EQ(desk_.Ask(&Stub::SignOut, out, &done), "OK");
-  EXPECT_EQ(desk_.Ask(&Stub::SignOut, out, &done), "OK");  // again changes nothing
-  EXPECT_EQ(desk_.Ask(&Stub::RenewSession, renew, &renewed), "SESSION_ENDED");
+  EXPECT_EQ(desk_.Ask(&AccountStub::SignOut, out, &done), "OK");
+  EXPECT_EQ(desk_.Ask(&AccountStub::SignOut, out, &done), "OK");  // again changes nothing
+  EXPECT_EQ(desk_.Ask(&AccountStub::RenewSession, renew, &renewed), "SESSION_ENDED");
   EXPECT_THAT(Events(), ElementsAre("users/jane created", "users/jane signed_in", "users/jane signed_out"));
   for (const std::string token : {"", "x", "s1.a.b.c"}) {
     renew.set_token(token);
     out.set_token(token);
     const std::string wanted = token.empty() ? "INVALID_ARGUMENT" : "SESSION_NOT_VALID";
-    EXPECT_EQ(desk_.Ask(&Stub::RenewSession, renew, &renewed), wanted);
-    EXPECT_EQ(desk_.Ask(&Stub::SignOut, out, &done), wanted);
+    EXPECT_EQ(desk_.Ask(&AccountStub::RenewSession, renew, &renewed), wanted);
+    EXPECT_EQ(desk_.Ask(&AccountStub::SignOut, out, &done), wanted);
   }
 }
 
@@ -244,7 +244,7 @@ TEST_F(AccountServiceTest, ASessionSaysWhoAndIsRenewedUntilItEnds) {
 TEST_F(AccountServiceTest, ARefusalSaysTheSameWhateverWasWrong) {
   ASSERT_EQ(Create("users/jane"), "OK");
   ASSERT_EQ(Create("users/gone"), "OK");
-  ASSERT_EQ(Change(&Stub::DisableAccount, "users/gone"), "OK");
+  ASSERT_EQ(Change(&AccountStub::DisableAccount, "users/gone"), "OK");
   std::set<std::string> said;
   for (const auto& [name, password] :
        std::vector<std::pair<std::string, std::string>>{{"users/jane", "wrong horse battery staple"},
@@ -272,7 +272,7 @@ TEST_F(AccountServiceTest, ARefusalSaysTheSameWhateverWasWrong) {
   change.set_old_password(kPassword);
   change.set_new_password("another long password");
   v1::ChangeOwnPasswordResponse changed;
-  EXPECT_EQ(desk_.Ask(&Stub::ChangeOwnPassword, change, &changed), "ROLE_MISSING");  // no session
+  EXPECT_EQ(desk_.Ask(&AccountStub::ChangeOwnPassword, change, &changed), "ROLE_MISSING");  // no session
 }
 
 // An address may guess no longer at many accounts than at one; people of one network are one address.
@@ -343,11 +343,11 @@ TEST_F(AccountServiceTest, ASignOutByATokenThatIsOverEndsWhatWasRenewed) {
   v1::Session renewed;
   renew.set_token(session_.token());
   out.set_token(over(std::chrono::minutes(12 * 60 + 1)));
-  EXPECT_EQ(desk_.Ask(&Stub::SignOut, out, &done), "OK") << desk_.last();
-  EXPECT_EQ(desk_.Ask(&Stub::RenewSession, renew, &renewed), "OK") << desk_.last();
+  EXPECT_EQ(desk_.Ask(&AccountStub::SignOut, out, &done), "OK") << desk_.last();
+  EXPECT_EQ(desk_.Ask(&AccountStub::RenewSession, renew, &renewed), "OK") << desk_.last();
   out.set_token(over(std::chrono::minutes(16)));
-  EXPECT_EQ(desk_.Ask(&Stub::SignOut, out, &done), "OK") << desk_.last();
-  EXPECT_EQ(desk_.Ask(&Stub::RenewSession, renew, &renewed), "SESSION_ENDED");
+  EXPECT_EQ(desk_.Ask(&AccountStub::SignOut, out, &done), "OK") << desk_.last();
+  EXPECT_EQ(desk_.Ask(&AccountStub::RenewSession, renew, &renewed), "SESSION_ENDED");
   EXPECT_THAT(Events(), ElementsAre("users/jane created", "users/jane signed_in", "users/jane signed_out"));
 }
 
@@ -358,7 +358,7 @@ TEST_F(AccountServiceTest, AClockThatWasSetBackIsToldOrMadeUpFor) {
   v1::SignOutRequest out;
   v1::SignOutResponse done;
   out.set_token(session_.token());
-  ASSERT_EQ(desk_.Ask(&Stub::SignOut, out, &done), "OK");
+  ASSERT_EQ(desk_.Ask(&AccountStub::SignOut, out, &done), "OK");
   const auto end_in = [&](const std::string& ahead) {
     Texts("UPDATE session_ends SET ended_before = clock_timestamp() + interval '" + ahead + "'");
   };
@@ -366,10 +366,10 @@ TEST_F(AccountServiceTest, AClockThatWasSetBackIsToldOrMadeUpFor) {
   ASSERT_EQ(desk_.SignIn("users/jane", kPassword, &session_), "OK") << desk_.last();
   v1::RenewSessionRequest renew;
   renew.set_token(session_.token());
-  EXPECT_EQ(desk_.Ask(&Stub::RenewSession, renew, &session_), "OK") << desk_.last();
+  EXPECT_EQ(desk_.Ask(&AccountStub::RenewSession, renew, &session_), "OK") << desk_.last();
   out.set_token(session_.token());
-  ASSERT_EQ(desk_.Ask(&Stub::SignOut, out, &done), "OK");
-  EXPECT_EQ(desk_.Ask(&Stub::RenewSession, renew, &session_), "SESSION_ENDED");
+  ASSERT_EQ(desk_.Ask(&AccountStub::SignOut, out, &done), "OK");
+  EXPECT_EQ(desk_.Ask(&AccountStub::RenewSession, renew, &session_), "SESSION_ENDED");
   end_in("1 hour");
   EXPECT_EQ(desk_.SignIn("users/jane", kPassword, &session_), "SERVICE_NOT_READY");
   EXPECT_THAT(std::string(desk_.last().message()), HasSubstr("set back"));
@@ -430,15 +430,15 @@ TEST_F(OidcTest, WhomTheProviderVouchesForHasAnAccount) {
   EXPECT_EQ(desk.SignIn("users/jane", "", &session_), "SIGN_IN_REFUSED");
   v1::SetPasswordRequest password;
   password.set_password(kPassword);
-  EXPECT_EQ(Change(&Stub::SetPassword, "users/jane", password), "INVALID_ARGUMENT");
+  EXPECT_EQ(Change(&AccountStub::SetPassword, "users/jane", password), "INVALID_ARGUMENT");
   // Other roles by the directory: what she had before ends.
   Desk later(as_plant_.get(), certificates_, Provider(identity::Role::kQuality));
   ASSERT_EQ(later.SignInWithIdToken(files_.Text("good.ps256"), &session_), "OK") << later.last();
   EXPECT_THAT(session_.roles(), ElementsAre(access::v1::ROLE_QUALITY));
   v1::RenewSessionRequest renew;
   renew.set_token(first.token());
-  EXPECT_EQ(later.Ask(&Stub::RenewSession, renew, &session_), "SESSION_ENDED");
-  EXPECT_EQ(Change(&Stub::DisableAccount, "users/jane"), "OK");
+  EXPECT_EQ(later.Ask(&AccountStub::RenewSession, renew, &session_), "SESSION_ENDED");
+  EXPECT_EQ(Change(&AccountStub::DisableAccount, "users/jane"), "OK");
   EXPECT_EQ(later.SignInWithIdToken(files_.Text("good.rs256"), &session_), "SIGN_IN_REFUSED");
 }
 

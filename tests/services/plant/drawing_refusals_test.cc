@@ -17,7 +17,6 @@ using ::testing::Not;
 
 using DrawingRefusalsTest = DrawingServiceTest;
 
-constexpr auto kPosition = v1::CHARACTERISTIC_QUANTITY_HOLE_POSITION;
 constexpr auto kAlong = v1::CHARACTERISTIC_QUANTITY_HOLE_DISPLACEMENT_ALONG;
 constexpr auto kInclination = v1::CHARACTERISTIC_QUANTITY_HOLE_INCLINATION;
 constexpr auto kDiameter = v1::CHARACTERISTIC_QUANTITY_HOLE_DIAMETER;
@@ -29,7 +28,6 @@ constexpr auto kStagger = v1::CHARACTERISTIC_QUANTITY_SECTION_STAGGER;
 constexpr auto kThickness = v1::CHARACTERISTIC_QUANTITY_SECTION_THICKNESS;
 constexpr auto kPlace = v1::CHARACTERISTIC_QUANTITY_SECTION_THICKNESS_PLACE;
 constexpr auto kTwist = v1::CHARACTERISTIC_QUANTITY_TWIST;
-constexpr auto kElsewhere = v1::CHARACTERISTIC_QUANTITY_MEASURED_ELSEWHERE;
 
 TEST_F(DrawingRefusalsTest, APartOrARevisionThatIsNotThereIsRefused) {
   v1::CreateDrawingRequest request = SampleDrawing();

@@ -17,6 +17,9 @@
 
 namespace sixpoint::plant {
 
+inline constexpr auto kPosition = v1::CHARACTERISTIC_QUANTITY_HOLE_POSITION;
+inline constexpr auto kElsewhere = v1::CHARACTERISTIC_QUANTITY_MEASURED_ELSEWHERE;
+
 class DrawingServiceTest : public ::testing::Test {
  protected:
   DrawingServiceTest() { RegisterVane(database_.database()); }

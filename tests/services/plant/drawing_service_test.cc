@@ -16,10 +16,7 @@ namespace {
 using google::protobuf::util::MessageDifferencer;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using Stub = v1::DrawingService::Stub;
-
-constexpr auto kPosition = v1::CHARACTERISTIC_QUANTITY_HOLE_POSITION;
-constexpr auto kElsewhere = v1::CHARACTERISTIC_QUANTITY_MEASURED_ELSEWHERE;
+using DrawingStub = v1::DrawingService::Stub;
 
 TEST_F(DrawingServiceTest, ADrawingComesBackBitForBit) {
   const v1::CreateDrawingRequest request = SampleDrawing();
@@ -136,7 +133,7 @@ TEST_F(DrawingServiceTest, ListsAreByIdAndByPart) {
   v1::ListDrawingsRequest list;
   list.set_page_size(2);
   list.set_part("parts/vane");
-  auto page = Call(&Stub::ListDrawings, list);
+  auto page = Call(&DrawingStub::ListDrawings, list);
   ASSERT_TRUE(page.ok()) << page.status();
   ASSERT_EQ(page->drawings_size(), 2);
   EXPECT_EQ(page->drawings(0).name(), "drawings/a");
@@ -144,14 +141,14 @@ TEST_F(DrawingServiceTest, ListsAreByIdAndByPart) {
   EXPECT_EQ(page->drawings(0).characteristic_count(), request.drawing().characteristics_size());
   EXPECT_THAT(page->drawings(0).part_revisions(), ElementsAre(1, 2));
   list.set_page_token(page->next_page_token());
-  page = Call(&Stub::ListDrawings, list);
+  page = Call(&DrawingStub::ListDrawings, list);
   ASSERT_EQ(page->drawings_size(), 1);
   EXPECT_EQ(page->next_page_token(), "");
   list.clear_page_token();
   list.set_part("parts/disc");
-  EXPECT_EQ(Call(&Stub::ListDrawings, list)->drawings_size(), 0);
+  EXPECT_EQ(Call(&DrawingStub::ListDrawings, list)->drawings_size(), 0);
   list.set_part("vane");
-  EXPECT_EQ(Call(&Stub::ListDrawings, list).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Call(&DrawingStub::ListDrawings, list).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 // Characteristics of another revision: each that does not fit is told, with what is there instead.

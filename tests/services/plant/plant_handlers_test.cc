@@ -15,29 +15,29 @@
 #include "tests/support/call.h"
 #include "tests/support/fake_plant_stores.h"
 #include "tests/support/in_process_server.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::plant {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using testing::Call;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using Stub = v1::PlantService::Stub;
-
-constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
+using PlantStub = v1::PlantService::Stub;
 
 class PlantHandlersTest : public ::testing::Test {
  protected:
   absl::StatusOr<v1::Machine> Get(const std::string& name) {
     v1::GetMachineRequest request;
     request.set_name(name);
-    return Call(*stub_, &Stub::GetMachine, request);
+    return Call(*stub_, &PlantStub::GetMachine, request);
   }
   absl::StatusOr<v1::Blade> CreateBlade(const std::string& serial) {
     v1::CreateBladeRequest request;
     request.set_serial(serial);
     request.set_part("parts/vane");
-    return Call(*stub_, &Stub::CreateBlade, request);
+    return Call(*stub_, &PlantStub::CreateBlade, request);
   }
   // As if its CAD had been read.
   void AddPart() {
@@ -64,15 +64,15 @@ class PlantHandlersTest : public ::testing::Test {
   PlantService service_{Options(), stores_};
   RecordService record_service_{stores_.journal, stores_.blades};
   testing::InProcessServer server_{{&service_, &record_service_}};
-  std::unique_ptr<Stub> stub_ = v1::PlantService::NewStub(server_.Connect());
+  std::unique_ptr<PlantStub> stub_ = v1::PlantService::NewStub(server_.Connect());
   std::unique_ptr<v1::RecordService::Stub> record_stub_ = v1::RecordService::NewStub(server_.Connect());
 };
 
 TEST_F(PlantHandlersTest, AMachineIsRegisteredAndGotByItsRevisions) {
   v1::CreateMachineRequest request = SampleMachine();
-  ASSERT_TRUE(Call(*stub_, &Stub::CreateMachine, request).ok());
+  ASSERT_TRUE(Call(*stub_, &PlantStub::CreateMachine, request).ok());
   request.mutable_machine()->mutable_sensor()->set_noise_um(3);
-  const auto second = Call(*stub_, &Stub::CreateMachine, request);
+  const auto second = Call(*stub_, &PlantStub::CreateMachine, request);
   EXPECT_EQ(second->revision(), 2);
   EXPECT_EQ(Get("machines/m1")->SerializeAsString(), second->SerializeAsString());
   EXPECT_EQ(Get("machines/m1@1")->sensor().noise_um(), 2);
@@ -83,19 +83,20 @@ TEST_F(PlantHandlersTest, AMachineIsRegisteredAndGotByItsRevisions) {
 
 TEST_F(PlantHandlersTest, ARetryGetsTheKeptAnswer) {
   v1::CreateMachineRequest request = SampleMachine();
-  request.set_request_id(kId);
-  const auto first = Call(*stub_, &Stub::CreateMachine, request);
+  request.set_request_id(kSomeUuid);
+  const auto first = Call(*stub_, &PlantStub::CreateMachine, request);
   ASSERT_TRUE(first.ok()) << first.status();
-  EXPECT_EQ(Call(*stub_, &Stub::CreateMachine, request)->SerializeAsString(), first->SerializeAsString());
+  EXPECT_EQ(Call(*stub_, &PlantStub::CreateMachine, request)->SerializeAsString(), first->SerializeAsString());
   request.set_machine_id("m2");
-  EXPECT_EQ(Call(*stub_, &Stub::CreateMachine, request).status().code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(Call(*stub_, &PlantStub::CreateMachine, request).status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_EQ(stores_.record->entries().size(), 1u);
 }
 
 TEST_F(PlantHandlersTest, NothingIsRecordedOfWhatIsRefused) {
   v1::CreateMachineRequest machine = SampleMachine();
   machine.mutable_machine()->mutable_sensor()->set_noise_um(-1);
-  EXPECT_THAT(std::string(Call(*stub_, &Stub::CreateMachine, machine).status().message()), HasSubstr("noise_um: -1"));
+  EXPECT_THAT(std::string(Call(*stub_, &PlantStub::CreateMachine, machine).status().message()),
+              HasSubstr("noise_um: -1"));
   EXPECT_EQ(runtime::ReasonOf(CreateBlade("sn1").status()), "PART_NOT_FOUND");
   EXPECT_EQ(CreateBlade("no serial").status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(runtime::ReasonOf(Get("machines/m1").status()), "MACHINE_NOT_FOUND");
@@ -107,24 +108,24 @@ TEST_F(PlantHandlersTest, ListsByPagesAndLeavesOutWhatOnlyTheFullViewHas) {
   v1::CreateMachineRequest machine = SampleMachine();
   for (const char* id : {"m2", "m1", "m3"}) {
     machine.set_machine_id(id);
-    ASSERT_TRUE(Call(*stub_, &Stub::CreateMachine, machine).ok());
+    ASSERT_TRUE(Call(*stub_, &PlantStub::CreateMachine, machine).ok());
   }
   v1::ListMachinesRequest request;
   request.set_page_size(2);
-  auto page = Call(*stub_, &Stub::ListMachines, request);
+  auto page = Call(*stub_, &PlantStub::ListMachines, request);
   ASSERT_EQ(page->machines_size(), 2);
   EXPECT_EQ(page->machines(1).name(), "machines/m2");
   EXPECT_FALSE(page->machines(1).has_kinematics());
   request.set_page_token(page->next_page_token());
   request.set_view(list::v1::VIEW_FULL);
-  EXPECT_EQ(Call(*stub_, &Stub::ListMachines, request).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Call(*stub_, &PlantStub::ListMachines, request).status().code(), absl::StatusCode::kInvalidArgument);
   request.clear_view();
-  page = Call(*stub_, &Stub::ListMachines, request);
+  page = Call(*stub_, &PlantStub::ListMachines, request);
   ASSERT_EQ(page->machines_size(), 1);
   EXPECT_EQ(page->next_page_token(), "");
   request.clear_page_token();
   request.set_view(list::v1::VIEW_FULL);
-  EXPECT_TRUE(Call(*stub_, &Stub::ListMachines, request)->machines(0).has_kinematics());
+  EXPECT_TRUE(Call(*stub_, &PlantStub::ListMachines, request)->machines(0).has_kinematics());
 }
 
 TEST_F(PlantHandlersTest, ABladeIsInTheRecordAndRecalledByItsPart) {
@@ -201,9 +202,9 @@ TEST_F(PlantHandlersTest, WhoDoesNotReadASurfaceIsLetGo) {
 
 TEST_F(PlantHandlersTest, AMachiningModelHasRevisionsAndIsOfItsPart) {
   v1::CreateMachiningModelRequest request = SampleModel();
-  EXPECT_EQ(runtime::ReasonOf(Call(*stub_, &Stub::CreateMachiningModel, request).status()), "PART_NOT_FOUND");
+  EXPECT_EQ(runtime::ReasonOf(Call(*stub_, &PlantStub::CreateMachiningModel, request).status()), "PART_NOT_FOUND");
   AddPart(*Validated(SamplePart("cad")));
-  const auto first = Call(*stub_, &Stub::CreateMachiningModel, request);
+  const auto first = Call(*stub_, &PlantStub::CreateMachiningModel, request);
   ASSERT_TRUE(first.ok()) << first.status();
   EXPECT_EQ(first->name(), "machining_models/vane-edm");
   EXPECT_EQ(first->revision(), 1);
@@ -214,33 +215,33 @@ TEST_F(PlantHandlersTest, AMachiningModelHasRevisionsAndIsOfItsPart) {
   EXPECT_EQ(stores_.record->entries().back().entry.kind, "machining_model");
   // The same again, as it was answered, is the same revision.
   *request.mutable_machining_model() = *first;
-  EXPECT_EQ(Call(*stub_, &Stub::CreateMachiningModel, request)->revision(), 1);
+  EXPECT_EQ(Call(*stub_, &PlantStub::CreateMachiningModel, request)->revision(), 1);
   request.mutable_machining_model()->mutable_operations(0)->mutable_electrode()->set_wear_mm(0);
-  EXPECT_EQ(Call(*stub_, &Stub::CreateMachiningModel, request)->revision(), 2);
+  EXPECT_EQ(Call(*stub_, &PlantStub::CreateMachiningModel, request)->revision(), 2);
   v1::GetMachiningModelRequest get;
   get.set_name("machining_models/vane-edm@1");
-  EXPECT_EQ(Call(*stub_, &Stub::GetMachiningModel, get)->SerializeAsString(), first->SerializeAsString());
+  EXPECT_EQ(Call(*stub_, &PlantStub::GetMachiningModel, get)->SerializeAsString(), first->SerializeAsString());
   get.set_name("machining_models/vane-edm");
-  EXPECT_EQ(Call(*stub_, &Stub::GetMachiningModel, get)->revision(), 2);
+  EXPECT_EQ(Call(*stub_, &PlantStub::GetMachiningModel, get)->revision(), 2);
   get.set_name("machining_models/vane-edm@3");
-  EXPECT_EQ(runtime::ReasonOf(Call(*stub_, &Stub::GetMachiningModel, get).status()), "MACHINING_MODEL_NOT_FOUND");
+  EXPECT_EQ(runtime::ReasonOf(Call(*stub_, &PlantStub::GetMachiningModel, get).status()), "MACHINING_MODEL_NOT_FOUND");
   get.set_name("parts/vane");
-  EXPECT_EQ(Call(*stub_, &Stub::GetMachiningModel, get).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Call(*stub_, &PlantStub::GetMachiningModel, get).status().code(), absl::StatusCode::kInvalidArgument);
   v1::ListMachiningModelsRequest list;
-  const auto basic = Call(*stub_, &Stub::ListMachiningModels, list);
+  const auto basic = Call(*stub_, &PlantStub::ListMachiningModels, list);
   ASSERT_EQ(basic->machining_models_size(), 1);
   EXPECT_EQ(basic->machining_models(0).revision(), 2);
   EXPECT_EQ(basic->machining_models(0).operations_size(), 0);
   list.set_view(list::v1::VIEW_FULL);
-  const auto full = Call(*stub_, &Stub::ListMachiningModels, list);
+  const auto full = Call(*stub_, &PlantStub::ListMachiningModels, list);
   EXPECT_EQ(full->machining_models(0).operations_size(), 1);
   EXPECT_EQ(full->machining_models(0).nc_template(), "");
   list.set_part("parts/vane");
-  EXPECT_EQ(Call(*stub_, &Stub::ListMachiningModels, list)->machining_models_size(), 1);
+  EXPECT_EQ(Call(*stub_, &PlantStub::ListMachiningModels, list)->machining_models_size(), 1);
   list.set_part("parts/van");
-  EXPECT_EQ(Call(*stub_, &Stub::ListMachiningModels, list)->machining_models_size(), 0);
+  EXPECT_EQ(Call(*stub_, &PlantStub::ListMachiningModels, list)->machining_models_size(), 0);
   list.set_part("vane");
-  EXPECT_EQ(Call(*stub_, &Stub::ListMachiningModels, list).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Call(*stub_, &PlantStub::ListMachiningModels, list).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 TEST_F(PlantHandlersTest, NothingIsRecordedOfAModelThatDoesNotFitItsPart) {
@@ -248,18 +249,18 @@ TEST_F(PlantHandlersTest, NothingIsRecordedOfAModelThatDoesNotFitItsPart) {
   const std::size_t before = stores_.record->entries().size();
   v1::CreateMachiningModelRequest request = SampleModel();
   request.mutable_machining_model()->mutable_operations(0)->mutable_electrode()->set_diameter_mm(1);
-  EXPECT_THAT(std::string(Call(*stub_, &Stub::CreateMachiningModel, request).status().message()),
+  EXPECT_THAT(std::string(Call(*stub_, &PlantStub::CreateMachiningModel, request).status().message()),
               HasSubstr("machining_model.operations[0].electrode.diameter_mm: 1, want at most 0.44"));
   request = SampleModel();
   request.mutable_machining_model()->mutable_nc_template()->append("X1 (SIXPOINT G1/H4)\n");
-  EXPECT_THAT(std::string(Call(*stub_, &Stub::CreateMachiningModel, request).status().message()),
+  EXPECT_THAT(std::string(Call(*stub_, &PlantStub::CreateMachiningModel, request).status().message()),
               HasSubstr("machining_model.nc_template: line 4"));
   EXPECT_EQ(stores_.record->entries().size(), before);
 }
 
 TEST_F(PlantHandlersTest, SaysWhatTheStoreSays) {
   stores_.record->Fail(absl::UnavailableError("database: away"));
-  EXPECT_EQ(Call(*stub_, &Stub::CreateMachine, SampleMachine()).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(Call(*stub_, &PlantStub::CreateMachine, SampleMachine()).status().code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(Get("machines/m1").status().code(), absl::StatusCode::kUnavailable);
   v1::RecallRequest recall;
   recall.set_name("parts/vane");

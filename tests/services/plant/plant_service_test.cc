@@ -19,17 +19,17 @@
 #include "tests/metrology/cad/sample_cad.h"
 #include "tests/services/plant/sample_registry.h"
 #include "tests/support/in_process_server.h"
+#include "tests/support/some_uuid.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::plant {
 namespace {
 
 using google::protobuf::util::MessageDifferencer;
+using sixpoint::testing::kSomeUuid;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::SampleShape;
-
-constexpr char kUuid[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 const std::string& CylinderCad() {
   static const std::string cad = testing::StepOf(SampleShape::kCylinder);
@@ -151,14 +151,14 @@ TEST_F(PlantServiceTest, AnotherDescriptionIsANewRevisionAndTheSameIsNot) {
 
 TEST_F(PlantServiceTest, ARequestIdDoesTheWorkOnce) {
   v1::CreateMachineRequest request = SampleMachine();
-  request.set_request_id(kUuid);
+  request.set_request_id(kSomeUuid);
   const auto first = Create(request);
   ASSERT_TRUE(first.ok()) << first.status();
   v1::CreateMachineRequest other = SampleMachine();
   other.mutable_machine()->mutable_sensor()->set_noise_um(3);
   ASSERT_EQ(Create(other)->revision(), 2);
   EXPECT_TRUE(MessageDifferencer::Equals(*Create(request), *first));  // the kept answer, not the newest
-  other.set_request_id(kUuid);
+  other.set_request_id(kSomeUuid);
   EXPECT_EQ(Create(other).status().code(), absl::StatusCode::kAlreadyExists);
 }
 

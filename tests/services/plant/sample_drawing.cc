@@ -11,7 +11,7 @@
 namespace sixpoint::plant {
 namespace {
 
-void Set(double x, double y, double z, geometry::v1::Point* out) {
+void SetPoint(double x, double y, double z, geometry::v1::Point* out) {
   out->set_x_mm(x);
   out->set_y_mm(y);
   out->set_z_mm(z);
@@ -37,8 +37,8 @@ void AddDatums(v1::Drawing* drawing) {
 void AddPlaces(v1::Drawing* drawing) {
   v1::DrawingRegion& root = *drawing->add_regions();
   root.set_region("root");
-  Set(-20, -20, -1, root.mutable_minimum_in_part_mm());
-  Set(20, 20, 12.5, root.mutable_maximum_in_part_mm());
+  SetPoint(-20, -20, -1, root.mutable_minimum_in_part_mm());
+  SetPoint(20, 20, 12.5, root.mutable_maximum_in_part_mm());
   v1::DrawingRegion& side = *drawing->add_regions();
   side.set_region("pressure side");
   side.mutable_facing_in_part()->set_y(-1);
@@ -51,14 +51,14 @@ void AddPlaces(v1::Drawing* drawing) {
   }
   v1::DrawingSection& tip = *drawing->add_sections();
   tip.set_section("A-A");
-  Set(1.0 / 3, 0, 90, tip.mutable_origin_in_part_mm());
+  SetPoint(1.0 / 3, 0, 90, tip.mutable_origin_in_part_mm());
   tip.mutable_normal_in_part()->set_y(0.6);
   tip.mutable_normal_in_part()->set_z(0.8);
   tip.mutable_reference_in_part()->set_x(1);
-  Set(-10, 0, 90, tip.mutable_leading_in_part_mm());
-  Set(1, 2, 90, tip.mutable_near_in_part_mm());
+  SetPoint(-10, 0, 90, tip.mutable_leading_in_part_mm());
+  SetPoint(1, 2, 90, tip.mutable_near_in_part_mm());
   tip.set_half_width_mm(0.25);
-  Set(0, 24.5, 0, drawing->mutable_neighbour()->mutable_offset_in_part_mm());
+  SetPoint(0, 24.5, 0, drawing->mutable_neighbour()->mutable_offset_in_part_mm());
   drawing->mutable_neighbour()->set_standard_uncertainty_um(0);
 }
 

@@ -13,10 +13,12 @@
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::registration {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Pair;
@@ -25,12 +27,10 @@ using namespace std::chrono_literals;
 
 using Clock = std::chrono::steady_clock;
 
-constexpr char kBatchId[] = "00000000-0000-4000-8000-0000000000aa";
-
 v1::RegisterBatchRequest BatchOf(int count) {
   v1::RegisterBatchRequest batch;
   for (int i = 0; i < count; ++i) batch.add_requests()->set_blade("blades/sn" + std::to_string(i));
-  batch.set_request_id(kBatchId);
+  batch.set_request_id(kSomeUuid);
   return batch;
 }
 
@@ -265,7 +265,7 @@ TEST_F(BatchTest, RefusesWhatIsNoBatch) {
   EXPECT_EQ(refusal(BatchOf(1000)), "");
   EXPECT_THAT(refusal(BatchOf(0)), HasSubstr("requests: 0 requests, want at least one"));
   v1::RegisterBatchRequest batch = BatchOf(2);
-  batch.mutable_requests(1)->set_request_id(kBatchId);
+  batch.mutable_requests(1)->set_request_id(kSomeUuid);
   EXPECT_THAT(refusal(batch), HasSubstr("requests[1].request_id"));
   batch = BatchOf(2);
   batch.add_skip(2);

@@ -14,17 +14,18 @@
 #include "storage/record.h"
 #include "storage/scans.h"
 #include "tests/services/registration/fake_plant.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::registration {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using ::testing::HasSubstr;
 using namespace std::chrono_literals;
 
 using Clock = std::chrono::steady_clock;
 
 constexpr int kBladeCount = 6;
-constexpr char kBatchId[] = "00000000-0000-4000-8000-0000000000aa";
 
 double SecondsSince(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
@@ -138,7 +139,7 @@ class ConcurrencyTest : public FakePlantTest {
   v1::RegisterBatchRequest Batch() const {
     v1::RegisterBatchRequest batch;
     for (int blade = 0; blade < kBladeCount; ++blade) *batch.add_requests() = Request(blade);
-    batch.set_request_id(kBatchId);
+    batch.set_request_id(kSomeUuid);
     return batch;
   }
   struct BatchAnswer {

@@ -8,15 +8,15 @@
 #include "services/runtime/recorded_call.h"
 #include "tests/services/correction/stand_ins.h"
 #include "tests/support/fake_results.h"
+#include "tests/support/some_uuid.h"
 
 namespace sixpoint::registration {
 namespace {
 
+using sixpoint::testing::kSomeUuid;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Store = testing::FakeResults<storage::RegistrationRow, storage::RegistrationFilter>;
-
-constexpr char kId[] = "018f6f3e-7c1a-7e5b-9d5a-2f1c3b4a5d6e";
 
 class RegistrationHandlersTest : public ::testing::Test {
  protected:
@@ -64,11 +64,11 @@ class RegistrationHandlersTest : public ::testing::Test {
 };
 
 TEST_F(RegistrationHandlersTest, ARetryGetsTheKeptAnswerWithoutAnyWork) {
-  Add("sn1", Request(kId));
-  const auto again = Register(Request(kId));  // the stand-in plant knows no blades: work would fail
+  Add("sn1", Request(kSomeUuid));
+  const auto again = Register(Request(kSomeUuid));  // the stand-in plant knows no blades: work would fail
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->name(), "registrations/" + store_->rows().front().registration_id);
-  v1::RegisterRequest other = Request(kId);
+  v1::RegisterRequest other = Request(kSomeUuid);
   other.set_method(v1::METHOD_LOCAL);
   EXPECT_EQ(Register(other).status().code(), absl::StatusCode::kAlreadyExists);
 }
@@ -99,9 +99,9 @@ TEST_F(RegistrationHandlersTest, ListsByPagesNewestFirstAndByBlade) {
 
 TEST_F(RegistrationHandlersTest, SaysWhatTheStoreSays) {
   store_->Fail(absl::UnavailableError("database: away"));
-  EXPECT_EQ(Register(Request(kId)).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(Register(Request(kSomeUuid)).status().code(), absl::StatusCode::kUnavailable);
   v1::GetRegistrationRequest get;
-  get.set_name(std::string("registrations/") + kId);
+  get.set_name(std::string("registrations/") + kSomeUuid);
   v1::Registration registration;
   EXPECT_EQ(stub_->GetRegistration(runtime::ContextFor(5).get(), get, &registration).error_code(),
             grpc::StatusCode::UNAVAILABLE);

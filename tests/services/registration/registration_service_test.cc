@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "metrology/frames/angles.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -13,11 +14,10 @@
 namespace sixpoint::registration {
 namespace {
 
+using metrology::kRadPerDeg;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-constexpr double kRad = 3.14159265358979323846 / 180;
 
 class RegistrationServiceTest : public FakePlantTest {
  protected:
@@ -157,8 +157,8 @@ TEST_F(RegistrationServiceTest, TakesScansAtTheAnglesThatAxesReached) {
   const auto plain = runtime::FromProto("covariance", without->covariance());
   const auto covariance = runtime::FromProto("covariance", registration->covariance());
   ASSERT_TRUE(plain.ok() && covariance.ok());
-  EXPECT_NEAR(std::sqrt(covariance->values(0, 0)) / kRad, std::hypot(0.01, 0.001), 0.002);
-  EXPECT_LT(std::sqrt(plain->values(0, 0)) / kRad, 0.002);
+  EXPECT_NEAR(std::sqrt(covariance->values(0, 0)) / kRadPerDeg, std::hypot(0.01, 0.001), 0.002);
+  EXPECT_LT(std::sqrt(plain->values(0, 0)) / kRadPerDeg, 0.002);
 
   EXPECT_EQ(Get(registration->name()).SerializeAsString(), registration->SerializeAsString());
   auto transaction = plant_.database.database()->Begin(testing::Soon());
@@ -188,7 +188,7 @@ TEST_F(RegistrationServiceTest, ComparesALocalPoseByWhatItsAnglesDoNotDoToBoth) 
     EXPECT_TRUE(registration.evidence().has_disagreement());
     EXPECT_FALSE(registration.evidence().disagreement().beyond()) << registration.evidence().ShortDebugString();
     EXPECT_EQ(registration.angles_size(), 5);
-    turn_deg = std::sqrt(runtime::FromProto("covariance", registration.covariance())->values(0, 0)) / kRad;
+    turn_deg = std::sqrt(runtime::FromProto("covariance", registration.covariance())->values(0, 0)) / kRadPerDeg;
     return registration.evidence().disagreement().standard_uncertainty_um();
   };
   const double plain_um = uncertainty_um();

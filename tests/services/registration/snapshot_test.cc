@@ -7,6 +7,7 @@
 #include <random>
 
 #include "metrology/cloud/draco_codec.h"
+#include "metrology/frames/angles.h"
 #include "services/clients/scan_blocks.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
@@ -19,11 +20,11 @@ namespace sixpoint::registration {
 namespace {
 
 using Eigen::Vector3d;
+using metrology::kRadPerDeg;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr double kRad = 3.14159265358979323846 / 180;
-constexpr double kTurnRad = 2e-3 * kRad, kShiftMm = 5e-3;
+constexpr double kTurnRad = 2e-3 * kRadPerDeg, kShiftMm = 5e-3;
 
 class SnapshotRegistrationTest : public FakePlantTest {
  protected:
@@ -62,7 +63,7 @@ class SnapshotRegistrationTest : public FakePlantTest {
     }
     ingest::v1::Scan& record = plant_.ingest.scans.at(plant_.scans[0]);
     const Eigen::Isometry3d machine_from_part =
-        plant_.block.axes.MachineFromZero(record.header().a_deg() * kRad, record.header().b_deg() * kRad) *
+        plant_.block.axes.MachineFromZero(record.header().a_deg() * kRadPerDeg, record.header().b_deg() * kRadPerDeg) *
         plant_.block.pose.zero_from_part;
     const Vector3d v0_mm(-60, -87, 264);
     metrology::Points points_mm;
@@ -151,7 +152,7 @@ TEST_F(SnapshotRegistrationTest, FindsTheBladeFromACoarseStart) {
   Show(10);
   const Eigen::Isometry3d& truth = plant_.block.pose.zero_from_part;
   const Eigen::Isometry3d nominal =
-      Eigen::Translation3d(30, -40, 33) * truth * Eigen::AngleAxisd(130 * kRad, Vector3d(1, 2, -1).normalized());
+      Eigen::Translation3d(30, -40, 33) * truth * Eigen::AngleAxisd(130 * kRadPerDeg, Vector3d(1, 2, -1).normalized());
   runtime::ToProto(nominal, plant_.plant.part.mutable_zero_from_part_nominal());
   WithoutPose(OfOne(v1::METHOD_BEST_FIT));
   v1::RegisterRequest coarse = OfOne(v1::METHOD_BEST_FIT);

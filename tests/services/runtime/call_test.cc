@@ -55,7 +55,7 @@ class CallTest : public ::testing::Test {
     return stub_->GetScan(context, request, &scan);
   }
   Mirror mirror_;
-  testing::InProcessServer server_{{&mirror_}};
+  sixpoint::testing::InProcessServer server_{{&mirror_}};
   std::unique_ptr<ScanService::Stub> stub_ = ScanService::NewStub(server_.Connect());
 };
 

@@ -15,13 +15,12 @@ using testing::CallHeaders;
 using testing::Frame;
 using testing::FrameOf;
 using testing::Preface;
-using Clock = FrameWatch::Clock;
 
 constexpr int kEndStream = 1, kEndHeaders = 4;
-const Clock::time_point kStart = Clock::now();
+const FrameWatch::Clock::time_point kStart = FrameWatch::Clock::now();
 
 // As many of these frames as are let pass at once, `most` at most.
-int LetPass(const std::string& frame, int most, FrameWatch* watch, Clock::time_point now = kStart) {
+int LetPass(const std::string& frame, int most, FrameWatch* watch, FrameWatch::Clock::time_point now = kStart) {
   for (int count = 0; count < most; ++count)
     if (!watch->Take(frame, now).empty()) return count;
   return most;

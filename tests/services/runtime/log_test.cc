@@ -158,7 +158,7 @@ TEST_F(LogTest, ASpanIsALineThatACollectorReads) {
   EXPECT_EQ(lines[2]["trace_id"], "4bf92f3577b34da6a3ce929d0e0e4736");
 }
 
-TEST(Trace, AChildIsOfTheSameTraceAndFlags) {
+TEST(ChildTrace, IsOfTheSameTraceAndFlags) {
   const std::string parent = "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-00";
   const std::string child = ChildOf(parent);
   EXPECT_EQ(TraceIdOf(child), TraceIdOf(parent));

@@ -29,7 +29,7 @@ std::vector<std::string> Lines(const std::string& beginning) {
   return lines;
 }
 // Of the one series that is written so.
-double ValueOf(const std::string& series) {
+double ExposedValue(const std::string& series) {
   const std::vector<std::string> lines = Lines(series + " ");
   EXPECT_EQ(lines.size(), 1u) << series;
   return lines.empty() ? -1 : std::stod(lines[0].substr(series.size() + 1));
@@ -55,21 +55,21 @@ TEST(Metrics, AreExactFromManyThreads) {
       if (i % 500 == 0) ExpositionText();  // who looks holds up nobody and changes nothing
     }
   });
-  EXPECT_EQ(ValueOf("test_exact_total"), 40'000);
-  EXPECT_EQ(ValueOf("test_exact"), 0);
-  EXPECT_EQ(ValueOf("test_exact_seconds_count"), 40'000);
-  EXPECT_EQ(ValueOf("test_exact_seconds_sum"), 60'000);
-  EXPECT_EQ(ValueOf("test_exact_seconds_bucket{le=\"1\"}"), 0);
-  EXPECT_EQ(ValueOf("test_exact_seconds_bucket{le=\"2\"}"), 40'000);
-  EXPECT_EQ(ValueOf("test_exact_by_total{kind=\"a\"}"), 20'000);
-  EXPECT_EQ(ValueOf("test_exact_by_total{kind=\"b\"}"), 0);
-  EXPECT_EQ(ValueOf("test_exact_by_total{kind=\"c\"}"), 20'000);
+  EXPECT_EQ(ExposedValue("test_exact_total"), 40'000);
+  EXPECT_EQ(ExposedValue("test_exact"), 0);
+  EXPECT_EQ(ExposedValue("test_exact_seconds_count"), 40'000);
+  EXPECT_EQ(ExposedValue("test_exact_seconds_sum"), 60'000);
+  EXPECT_EQ(ExposedValue("test_exact_seconds_bucket{le=\"1\"}"), 0);
+  EXPECT_EQ(ExposedValue("test_exact_seconds_bucket{le=\"2\"}"), 40'000);
+  EXPECT_EQ(ExposedValue("test_exact_by_total{kind=\"a\"}"), 20'000);
+  EXPECT_EQ(ExposedValue("test_exact_by_total{kind=\"b\"}"), 0);
+  EXPECT_EQ(ExposedValue("test_exact_by_total{kind=\"c\"}"), 20'000);
 }
 
 TEST(Metrics, OfOneNameAreOne) {
   Counter("test_once_total", "Of the test.").Add(2);
   Counter("test_once_total", "Of the test.").Add(3);
-  EXPECT_EQ(ValueOf("test_once_total"), 5);
+  EXPECT_EQ(ExposedValue("test_once_total"), 5);
 }
 
 TEST(Metrics, InventedValuesOfALabelAreOneSeries) {
@@ -78,7 +78,7 @@ TEST(Metrics, InventedValuesOfALabelAreOneSeries) {
   for (int i = 0; i < 10'000; ++i) by.Add("invented " + std::to_string(i));
   by.Add("SELDOM");
   EXPECT_EQ(Lines("test_invented_total").size(), 3u);
-  EXPECT_EQ(ValueOf("test_invented_total{reason=\"other\"}"), 10'000);
+  EXPECT_EQ(ExposedValue("test_invented_total{reason=\"other\"}"), 10'000);
 }
 
 TEST(Metrics, TenThousandMachinesAreAsManySeriesAsMayBe) {
@@ -94,7 +94,7 @@ TEST(Metrics, WhatIsNotKnownIsNotThere) {
     Readings readings("test_unknown_seconds", "Of the test.", {"machine"});
     EXPECT_THAT(ExpositionText(), Not(HasSubstr("test_unknown_seconds")));
     readings.Set({{{"m1"}, 0}});
-    EXPECT_EQ(ValueOf("test_unknown_seconds{machine=\"m1\"}"), 0);
+    EXPECT_EQ(ExposedValue("test_unknown_seconds{machine=\"m1\"}"), 0);
     readings.Forget();
     EXPECT_THAT(ExpositionText(), Not(HasSubstr("test_unknown_seconds")));
     readings.Set({{{"m1"}, 7}});
@@ -105,7 +105,7 @@ TEST(Metrics, WhatIsNotKnownIsNotThere) {
 TEST(Metrics, LabelsAreEscaped) {
   Readings readings("test_escaped", "Of the test.", {"text"});
   readings.Set({{{"a\"b\\c\nd"}, 1}});
-  EXPECT_EQ(ValueOf(R"(test_escaped{text="a\"b\\c\nd"})"), 1);
+  EXPECT_EQ(ExposedValue(R"(test_escaped{text="a\"b\\c\nd"})"), 1);
 }
 
 TEST(CallMetrics, CountCallsByMethodAndCode) {
@@ -114,21 +114,21 @@ TEST(CallMetrics, CountCallsByMethodAndCode) {
   CallCounts* const get = CallCountsOf("/sixpoint.plant.v1.PlantService/GetMachine");
   const std::string labels =
       "grpc_method=\"GetMachine\",grpc_service=\"sixpoint.plant.v1.PlantService\",grpc_type=\"unary\"";
-  EXPECT_EQ(ValueOf("grpc_server_handled_total{grpc_code=\"OK\"," + labels + "}"), 0);  // from the start
+  EXPECT_EQ(ExposedValue("grpc_server_handled_total{grpc_code=\"OK\"," + labels + "}"), 0);  // from the start
   InThreads(8, [&](int) {
     for (int i = 0; i < 1000; ++i) {
       CallBegins(get);
       CallEnds(get, i % 4 == 0 ? grpc::StatusCode::NOT_FOUND : grpc::StatusCode::OK, std::chrono::milliseconds(30));
     }
   });
-  EXPECT_EQ(ValueOf("grpc_server_started_total{" + labels + "}"), 8000);
-  EXPECT_EQ(ValueOf("grpc_server_handled_total{grpc_code=\"OK\"," + labels + "}"), 6000);
-  EXPECT_EQ(ValueOf("grpc_server_handled_total{grpc_code=\"NotFound\"," + labels + "}"), 2000);
-  EXPECT_EQ(ValueOf("grpc_server_handling_seconds_count{" + labels + "}"), 8000);
-  EXPECT_EQ(ValueOf("grpc_server_handling_seconds_bucket{" + labels + ",le=\"0.025\"}"), 0);
-  EXPECT_EQ(ValueOf("grpc_server_handling_seconds_bucket{" + labels + ",le=\"0.05\"}"), 8000);
+  EXPECT_EQ(ExposedValue("grpc_server_started_total{" + labels + "}"), 8000);
+  EXPECT_EQ(ExposedValue("grpc_server_handled_total{grpc_code=\"OK\"," + labels + "}"), 6000);
+  EXPECT_EQ(ExposedValue("grpc_server_handled_total{grpc_code=\"NotFound\"," + labels + "}"), 2000);
+  EXPECT_EQ(ExposedValue("grpc_server_handling_seconds_count{" + labels + "}"), 8000);
+  EXPECT_EQ(ExposedValue("grpc_server_handling_seconds_bucket{" + labels + ",le=\"0.025\"}"), 0);
+  EXPECT_EQ(ExposedValue("grpc_server_handling_seconds_bucket{" + labels + ",le=\"0.05\"}"), 8000);
   CallEnds(get, 99, {});  // a code that there is not
-  EXPECT_EQ(ValueOf("grpc_server_handled_total{grpc_code=\"Unknown\"," + labels + "}"), 1);
+  EXPECT_EQ(ExposedValue("grpc_server_handled_total{grpc_code=\"Unknown\"," + labels + "}"), 1);
 }
 
 // A call takes a hundred microseconds and more; counting it, well below one. The bound is for a machine that does much else.
@@ -155,8 +155,8 @@ TEST(CallMetrics, TenThousandInventedMethodsAreOne) {
     CallEnds(counts, grpc::StatusCode::UNIMPLEMENTED, {});
   }
   EXPECT_EQ(Lines("").size(), before);
-  EXPECT_EQ(ValueOf("grpc_server_handled_total{grpc_code=\"Unimplemented\",grpc_method=\"other\","
-                    "grpc_service=\"other\",grpc_type=\"unary\"}"),
+  EXPECT_EQ(ExposedValue("grpc_server_handled_total{grpc_code=\"Unimplemented\",grpc_method=\"other\","
+                         "grpc_service=\"other\",grpc_type=\"unary\"}"),
             10'000);
 }
 
@@ -164,17 +164,17 @@ TEST(DenialMetrics, CountByReason) {
   Denials denials("test");
   const std::string known = "sixpoint_denials_total{reason=\"ROLE_MISSING\"}",
                     other = "sixpoint_denials_total{reason=\"other\"}";
-  const double before = ValueOf(known);
+  const double before = ExposedValue(known);
   for (int i = 0; i < 300; ++i) denials.Add("m", "users/" + std::to_string(i), "here", "ROLE_MISSING", "why");
   for (int i = 0; i < 300; ++i) denials.Add("m", "", "here", "INVENTED_" + std::to_string(i), "why");
-  EXPECT_EQ(ValueOf(known), before + 300);
-  EXPECT_EQ(ValueOf(other), 300);
+  EXPECT_EQ(ExposedValue(known), before + 300);
+  EXPECT_EQ(ExposedValue(other), 300);
 }
 
 TEST(PoolMetrics, SayWhatRunsWaitsAndIsRefused) {
   ComputePool pool({1, 1}, "of the test", errors::v1::STUDIES_FULL);
   const auto value = [](const std::string& what) {
-    return ValueOf("sixpoint_pool_" + what + "{pool=\"of the test\"}");
+    return ExposedValue("sixpoint_pool_" + what + "{pool=\"of the test\"}");
   };
   EXPECT_EQ(value("slots"), 1);
   const auto soon = [] { return std::chrono::steady_clock::now() + std::chrono::seconds(30); };

@@ -61,7 +61,7 @@ std::size_t SeriesCount(const std::string& exposition) {
   return count;
 }
 // Of the one series that is written so; -1: there is none.
-double ValueOf(const std::string& exposition, const std::string& series) {
+double ValueIn(const std::string& exposition, const std::string& series) {
   const std::size_t line = ("\n" + exposition).find("\n" + series + " ");
   return line == std::string::npos ? -1 : std::stod(exposition.substr(line + series.size() + 1));
 }
@@ -173,8 +173,8 @@ TEST_F(ObservationTest, WhoMayLookIsJudgedAtEachRequest) {
     EXPECT_EQ(Get("/health/ready", each.credentials).code, 200) << each.who;
   }
   const std::string seen = Get("/metrics", jane_).body;
-  EXPECT_EQ(ValueOf(seen, "sixpoint_denials_total{reason=\"ROLE_MISSING\"}"), 2);
-  EXPECT_EQ(ValueOf(seen, "sixpoint_denials_total{reason=\"CERTIFICATE_REVOKED\"}"), 1);
+  EXPECT_EQ(ValueIn(seen, "sixpoint_denials_total{reason=\"ROLE_MISSING\"}"), 2);
+  EXPECT_EQ(ValueIn(seen, "sixpoint_denials_total{reason=\"CERTIFICATE_REVOKED\"}"), 1);
   // And kept, as a call's would be.
   const auto kept = [this] {
     auto transaction = database_->database()->Begin(sixpoint::testing::Soon());
@@ -206,18 +206,18 @@ TEST_F(ObservationTest, ReadyFollowsDatabaseAndSchema) {
   std::this_thread::sleep_for(std::chrono::milliseconds(600));
   EXPECT_EQ(Get("/health/ready", nobody_).code, 503);  // reachable, but without a schema
   EXPECT_EQ(Get("/health/live", nobody_).code, 200);
-  EXPECT_EQ(ValueOf(Get("/metrics", jane_).body, "sixpoint_ready"), 0);
+  EXPECT_EQ(ValueIn(Get("/metrics", jane_).body, "sixpoint_ready"), 0);
   ASSERT_TRUE(storage::Migrate(database.conninfo(), ThrowawayDatabase::MigrationsFolder()).ok());
   EXPECT_TRUE(Becomes(200));
-  EXPECT_EQ(ValueOf(Get("/metrics", jane_).body, "sixpoint_ready"), 1);
+  EXPECT_EQ(ValueIn(Get("/metrics", jane_).body, "sixpoint_ready"), 1);
   ThrowawayDatabase::KillServer();
   EXPECT_TRUE(Becomes(503));
   EXPECT_EQ(Get("/health/live", nobody_).code, 200);
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));
-  EXPECT_GT(ValueOf(Get("/metrics", jane_).body, "sixpoint_database_silence_seconds"), 1);
+  EXPECT_GT(ValueIn(Get("/metrics", jane_).body, "sixpoint_database_silence_seconds"), 1);
   ThrowawayDatabase::StartServer();
   EXPECT_TRUE(Becomes(200));
-  EXPECT_LT(ValueOf(Get("/metrics", jane_).body, "sixpoint_database_silence_seconds"), 10);
+  EXPECT_LT(ValueIn(Get("/metrics", jane_).body, "sixpoint_database_silence_seconds"), 10);
 }
 
 TEST_F(ObservationTest, ARenewedCertificateCountsWithoutARestart) {
@@ -252,12 +252,12 @@ TEST_F(ObservationTest, CallsAreCountedExactly) {
   std::string seen;
   for (const auto end = steady_clock::now() + std::chrono::seconds(20); steady_clock::now() < end;) {
     seen = Get("/metrics", jane_).body;
-    if (ValueOf(seen, "sixpoint_calls_in_flight") == 0) break;
+    if (ValueIn(seen, "sixpoint_calls_in_flight") == 0) break;
   }
-  EXPECT_EQ(ValueOf(seen, "grpc_server_started_total{" + labels), 400);
-  EXPECT_EQ(ValueOf(seen, "grpc_server_handled_total{grpc_code=\"OK\"," + labels), 400);
-  EXPECT_EQ(ValueOf(seen, "grpc_server_handling_seconds_count{" + labels), 400);
-  EXPECT_EQ(ValueOf(seen, "sixpoint_calls_in_flight"), 0);
+  EXPECT_EQ(ValueIn(seen, "grpc_server_started_total{" + labels), 400);
+  EXPECT_EQ(ValueIn(seen, "grpc_server_handled_total{grpc_code=\"OK\"," + labels), 400);
+  EXPECT_EQ(ValueIn(seen, "grpc_server_handling_seconds_count{" + labels), 400);
+  EXPECT_EQ(ValueIn(seen, "sixpoint_calls_in_flight"), 0);
 }
 
 // Ten thousand names by calls that are answered, and not one series for them.
@@ -330,8 +330,8 @@ TEST_F(ObservationTest, SlowStrangersDoNotStopWhoMayLook) {
   std::printf("slowest scrape and call beside slow strangers: %.3f s\n", slowest.count());
   EXPECT_LT(slowest.count(), 10);  // a place is lost for 10 s at most, and none of them was waited for
   const std::string seen = Get("/metrics", jane_).body;
-  EXPECT_GT(ValueOf(seen, "sixpoint_watchers_evicted_total"), 100);
-  EXPECT_LT(ValueOf(seen, "process_open_fds"), 300);
+  EXPECT_GT(ValueIn(seen, "sixpoint_watchers_evicted_total"), 100);
+  EXPECT_LT(ValueIn(seen, "process_open_fds"), 300);
 }
 
 TEST_F(ObservationTest, WhatIsNoRequestIsToldSo) {
@@ -350,10 +350,10 @@ TEST_F(ObservationTest, WhatIsNoRequestIsToldSo) {
   EXPECT_FALSE(slow.IsClosedWithin(2));
   EXPECT_TRUE(slow.IsClosedWithin(30));
   const std::string seen = Get("/metrics", jane_).body;
-  EXPECT_EQ(ValueOf(seen, "sixpoint_watchers_answered_total{code=\"431\"}"), 1);
-  EXPECT_EQ(ValueOf(seen, "sixpoint_watchers_answered_total{code=\"400\"}"), 1);
-  EXPECT_EQ(ValueOf(seen, "sixpoint_watchers_answered_total{code=\"405\"}"), 1);
-  EXPECT_EQ(ValueOf(seen, "sixpoint_watchers_late_total"), 1);
+  EXPECT_EQ(ValueIn(seen, "sixpoint_watchers_answered_total{code=\"431\"}"), 1);
+  EXPECT_EQ(ValueIn(seen, "sixpoint_watchers_answered_total{code=\"400\"}"), 1);
+  EXPECT_EQ(ValueIn(seen, "sixpoint_watchers_answered_total{code=\"405\"}"), 1);
+  EXPECT_EQ(ValueIn(seen, "sixpoint_watchers_late_total"), 1);
 }
 
 TEST_F(ObservationTest, IsWhatPrometheusReads) {

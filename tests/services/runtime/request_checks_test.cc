@@ -25,7 +25,6 @@
 namespace sixpoint::runtime {
 namespace {
 
-using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::MethodDescriptor;
@@ -34,7 +33,7 @@ using ::testing::ElementsAre;
 
 std::vector<const MethodDescriptor*> Methods() {
   std::vector<const MethodDescriptor*> methods;
-  for (const Descriptor* one :
+  for (const google::protobuf::Descriptor* one :
        {plant::v1::CreatePartRequest::descriptor(), plant::v1::RecallRequest::descriptor(),
         ingest::v1::UploadScanRequest::descriptor(), ingest::v1::ApplyRetentionRequest::descriptor(),
         calibration::v1::GetCalibrationRequest::descriptor(), calibration::v1::GetStudyRequest::descriptor(),
@@ -46,7 +45,7 @@ std::vector<const MethodDescriptor*> Methods() {
   return methods;
 }
 
-std::unique_ptr<Message> NewRequest(const Descriptor* type) {
+std::unique_ptr<Message> NewRequest(const google::protobuf::Descriptor* type) {
   return std::unique_ptr<Message>(google::protobuf::MessageFactory::generated_factory()->GetPrototype(type)->New());
 }
 
@@ -56,7 +55,7 @@ struct Place {
   std::string text;
 };
 
-void AddPlaces(const Descriptor* type, const Place& at, std::vector<Place>* places) {
+void AddPlaces(const google::protobuf::Descriptor* type, const Place& at, std::vector<Place>* places) {
   for (int i = 0; i < type->field_count(); ++i) {
     const FieldDescriptor* field = type->field(i);
     Place place = at;
