@@ -19,9 +19,9 @@ endfunction()
 
 set(SIXPOINT_PATIENCE 1 CACHE STRING "By how much tests may take longer than they say, under a sanitizer")
 
-# sixpoint_test(NAME name SOURCES ... LINK ... [NEEDS program...] [LABELS ...] [TIMEOUT seconds]): one ctest entry. It runs the suites of
-# SOURCES, in a program that it shares with all tests of its folder (FOLDER_tests), so that their sources are compiled several at once. NEEDS
-# are built before it. LABELS database: needs a throw-away PostgreSQL (tests/support/throwaway_database.h); end_to_end: the real processes.
+# sixpoint_test(NAME name SOURCES ... LINK ... [NEEDS program...] [LABELS ...] [TIMEOUT seconds]): one ctest entry, the suites of SOURCES.
+# All tests of a folder are one program, FOLDER_tests (metrology_mesh_tests), so that their sources are compiled several at once; NEEDS are
+# built before it. LABELS database: needs a throw-away PostgreSQL (tests/support/throwaway_database.h); end_to_end: the real processes.
 function(sixpoint_test)
   cmake_parse_arguments(ARG "" "NAME;TIMEOUT" "SOURCES;LINK;NEEDS;LABELS" ${ARGN})
   file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})

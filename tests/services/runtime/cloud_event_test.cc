@@ -59,10 +59,10 @@ TEST(CloudEvent, KeepsTheRulesOfCloudEvents) {
   least.mutable_entry()->set_kind("policy");
   least.mutable_entry()->set_name("policies/p1");
   for (const plant::v1::Event& event : {Inspected(), least}) {
-    const nlohmann::json json = CloudEventOf(event, kSource);
+    const nlohmann::json written = CloudEventOf(event, kSource);
     for (const char* required : {"id", "source", "specversion", "type"})
-      ASSERT_TRUE(json.contains(required)) << required;
-    for (const auto& [name, value] : json.items()) {
+      ASSERT_TRUE(written.contains(required)) << required;
+    for (const auto& [name, value] : written.items()) {
       EXPECT_EQ(name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789"), std::string::npos) << name;
       EXPECT_TRUE(name == "data" || (value.is_string() && !value.get<std::string>().empty())) << name;
     }

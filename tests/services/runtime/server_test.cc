@@ -49,8 +49,8 @@ enum Health { kUnknown = 0, kServing = 1, kNotServing = 2 };  // grpc.health.v1.
 constexpr bool kMemoryCounts = !sixpoint::testing::kSanitized;
 
 // For gRPC's own calls, which want the clock of the day.
-std::chrono::system_clock::time_point Soon(double seconds) {
-  return std::chrono::system_clock::now() + milliseconds(static_cast<std::int64_t>(seconds * 1e3));
+std::chrono::system_clock::time_point Soon(double in_s) {
+  return std::chrono::system_clock::now() + milliseconds(static_cast<std::int64_t>(in_s * 1e3));
 }
 
 class ServerTest : public ::testing::Test {
@@ -165,8 +165,8 @@ class ServerTest : public ::testing::Test {
     if (!status.ok() || !received.DumpToSingleSlice(&answer).ok() || answer.size() != 2) return kUnknown;
     return static_cast<Health>(answer.begin()[1]);
   }
-  bool BecomesHealth(Health wanted, double seconds) {
-    for (const auto end = Soon(seconds); std::chrono::system_clock::now() < end;) {
+  bool BecomesHealth(Health wanted, double within_s) {
+    for (const auto end = Soon(within_s); std::chrono::system_clock::now() < end;) {
       if (HealthOf("") == wanted && HealthOf(kService) == wanted) return true;
       std::this_thread::sleep_for(milliseconds(50));
     }
