@@ -32,20 +32,14 @@ Curve Terms(double u, double v) {
   return terms;
 }
 
-}  // namespace
-
-LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& portions, const Vector3d& point_mm,
-                     const Vector3d& normal, const Eigen::Isometry3d& zero_from_part,
-                     const MachineCalibration& calibration, double floor_mm) {
+// All that lies on the face about the datum, in the order of the portions.
+std::vector<LocalPoint> PointsAbout(const Surface& surface, const std::vector<ScanPortion>& portions,
+                                    const Vector3d& point_mm, const Vector3d& normal,
+                                    const Eigen::Isometry3d& zero_from_part, bool dense) {
   const Eigen::Isometry3d part_from_zero = zero_from_part.inverse(Eigen::Isometry);
   const Vector3d in_zero_mm = zero_from_part * point_mm;
   const Eigen::Matrix<double, 3, 2> across = TangentBasis(normal);
-  LocalHeight local;
-  local.normal = zero_from_part.linear() * normal;
-  local.sensitivity.setZero(1, MappingParameterCount(portions.size()));
   std::vector<LocalPoint> points;
-  bool dense = false;
-  for (const ScanPortion& portion : portions) dense = dense || !portion.dense_zero_mm.empty();
   for (std::uint32_t p = 0; p < portions.size(); ++p) {
     const ScanPortion& portion = portions[p];
     const std::size_t count = dense ? portion.dense_zero_mm.size() : portion.sensor.size();
@@ -67,6 +61,20 @@ LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& por
       points.push_back({Terms(uv.x(), uv.y()), found.signed_distance_mm, p, i});
     }
   }
+  return points;
+}
+
+}  // namespace
+
+LocalHeight HeightAt(const Surface& surface, const std::vector<ScanPortion>& portions, const Vector3d& point_mm,
+                     const Vector3d& normal, const Eigen::Isometry3d& zero_from_part,
+                     const MachineCalibration& calibration, double floor_mm) {
+  LocalHeight local;
+  local.normal = zero_from_part.linear() * normal;
+  local.sensitivity.setZero(1, MappingParameterCount(portions.size()));
+  const bool dense = std::any_of(portions.begin(), portions.end(),
+                                 [](const ScanPortion& portion) { return !portion.dense_zero_mm.empty(); });
+  const std::vector<LocalPoint> points = PointsAbout(surface, portions, point_mm, normal, zero_from_part, dense);
   local.point_count = static_cast<std::int64_t>(points.size());
   if (local.point_count < kLeastLocalPoints) return local;
 
