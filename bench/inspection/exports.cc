@@ -86,7 +86,7 @@ int main(int argc, char** argv) {
   inspection::ExportService service(
       storage::InspectionsIn(database.database()), storage::DeviationsIn(database.database()),
       storage::AssessmentsIn(database.database()),
-      std::make_shared<const inspection::Peers>(plant.Connect(), plant.Connect(), plant.Connect(), plant.Connect()));
+      std::make_shared<const clients::BladePeers>(plant.Connect(), plant.Connect(), plant.Connect(), plant.Connect()));
   testing::InProcessServer server({&service});
   const auto stub = inspection::v1::ExportService::NewStub(server.Connect());
   const std::pair<const char*, inspection::v1::ExportFormat> formats[] = {
