@@ -13,18 +13,11 @@ constexpr float kRounding = 4e-7f;
 
 }  // namespace
 
-std::uint32_t ListCandidates(std::vector<TriangleTree::Within>* found, std::vector<std::uint32_t>* items,
-                             std::vector<float>* group_distance) {
-  std::sort(found->begin(), found->end(), [](const TriangleTree::Within& x, const TriangleTree::Within& y) {
-    return x.distance != y.distance ? x.distance < y.distance : x.item < y.item;
-  });
-  const std::size_t groups = (found->size() + kCandidateGroup - 1) / kCandidateGroup;
-  for (std::size_t g = 0; g < groups; ++g) {
-    group_distance->push_back(static_cast<float>((*found)[g * kCandidateGroup].distance * (1 - 1e-6)));
-    for (std::size_t i = g * kCandidateGroup; i < (g + 1) * kCandidateGroup; ++i)
-      items->push_back((*found)[std::min(i, found->size() - 1)].item);
-  }
-  return static_cast<std::uint32_t>(groups);
+float ToleranceOf(const TriangleShape& shape, const Eigen::Vector3f& corner_mm, float width_mm) {
+  const float reach = corner_mm.lpNorm<1>() + width_mm;
+  const float size = std::max(std::abs(shape.bx) + std::abs(shape.by) + std::abs(shape.bz),
+                              std::abs(shape.cx) + std::abs(shape.cy) + std::abs(shape.cz));
+  return shape.rounding * (reach + size);
 }
 
 TriangleShape ShapeOf(const Eigen::Vector3d& ab, const Eigen::Vector3d& ac) {

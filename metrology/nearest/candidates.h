@@ -3,10 +3,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <vector>
 
 #include "metrology/nearest/near_lanes.h"
-#include "metrology/nearest/triangle_tree.h"
 
 namespace sixpoint::metrology {
 
@@ -15,14 +13,13 @@ constexpr std::uint32_t kCandidateGroup = 4;
 struct Candidates {
   Eigen::Vector3d centre;       // about which points are measured
   float width_mm;               // no query is farther from it
-  const std::uint32_t* items;   // of the tree, nearest to the centre first, in groups (the last one repeated)
-  const float* group_distance;  // from the centre to the nearest of each group
+  const std::uint32_t* items;   // of the tree, about from near to far, in groups (the last filled up with the first item)
+  const float* group_distance;  // from the centre to the nearest of each group and those after it
   std::uint32_t group_count;
 };
 
-// Puts found items in order and adds them as `Candidates` has them. Returns the number of groups.
-std::uint32_t ListCandidates(std::vector<TriangleTree::Within>* found, std::vector<std::uint32_t>* items,
-                             std::vector<float>* group_distance);
+// How far off a distance to it in single precision may be, of points up to width_mm from where its corner is counted from.
+float ToleranceOf(const TriangleShape& shape, const Eigen::Vector3f& corner_mm, float width_mm);
 
 // Of a triangle with its first corner at the origin.
 TriangleShape ShapeOf(const Eigen::Vector3d& ab, const Eigen::Vector3d& ac);

@@ -53,55 +53,32 @@ NearBatch::NearBatch(const TriangleTree& tree, const NearCells& cells)
 
 void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::size_t count, double limit_squared,
                      NearestTriangle* nearest) {
-  const double covered_mm = cells_.covered_mm(), covered_squared = covered_mm * covered_mm;
-  const Candidates candidates = cells_.CandidatesOf(cell);
-  if (limit_squared <= covered_squared) return FindAmong(candidates, queries, count, limit_squared, nearest);
-  // Beyond what is covered the cell does not know all candidates.
-  std::array<Eigen::Vector3d, kMostPoints> far;
-  std::array<std::uint32_t, kMostPoints> far_at;
-  std::size_t far_count = 0;
-  const auto is_far = [&](const Eigen::Vector3d& query) {
-    const double nearer_mm = candidates.group_distance[0] - covered_mm;
-    return nearer_mm > 0 && (query - candidates.centre).squaredNorm() < nearer_mm * nearer_mm;
-  };
-  if (!std::all_of(queries, queries + count, is_far)) {
-    FindAmong(candidates, queries, count, covered_squared, nearest);
-  } else {
-    std::fill(nearest, nearest + count, NearestTriangle{});
-  }
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (nearest[i].triangle != NearestTriangle::kNone) continue;
-    far[far_count] = queries[i];
-    far_at[far_count++] = i;
-  }
-  if (far_count == 0) return;
-  std::array<NearestTriangle, kMostPoints> found;
-  FindAround(far.data(), far_count, limit_squared, tree_.items()[candidates.items[0]].triangle, found.data());
-  for (std::size_t i = 0; i < far_count; ++i) nearest[far_at[i]] = found[i];
+  FindAmong(cells_.CandidatesOf(cell), queries, count, limit_squared, nearest);
 }
 
 void NearBatch::FindAround(const Eigen::Vector3d* queries, std::size_t count, double limit_squared, std::uint32_t hint,
                            NearestTriangle* nearest) {
   const auto one_by_one = [&] { tree_.FindEach(queries, count, limit_squared, hint, nearest); };
-  Eigen::Vector3d low = queries[0], high = queries[0];
-  for (std::size_t i = 1; i < count; ++i) {
-    low = low.cwiseMin(queries[i]);
-    high = high.cwiseMax(queries[i]);
-  }
-  const Eigen::Vector3d centre = 0.5 * (low + high);
-  const double radius_mm = 0.5 * (high - low).norm();
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < count; ++i) box.extend(queries[i]);
+  const Eigen::Vector3d centre = box.center();
+  const double radius_mm = 0.5 * box.diagonal().norm();
   if (count < kWorthTogether || !(radius_mm < kWidestTogether * cells_.cell_width_mm())) return one_by_one();
   // Whoever is nearest to a query is no farther from the centre than this.
   const double farthest_mm = (std::sqrt(limit_squared) + radius_mm) * (1 + 1e-12);
   const NearestTriangle of_centre = tree_.Find(centre, farthest_mm * farthest_mm, hint);
   const double distance_mm = std::sqrt(of_centre.distance_squared);
   if (!(distance_mm < kFarthestTogether * cells_.cell_width_mm())) return one_by_one();
-  tree_.FindWithin(centre, std::min(farthest_mm, (distance_mm + 2 * radius_mm) * (1 + 1e-12)), &within_);
-  items_.clear();
-  group_distance_.clear();
-  const std::uint32_t group_count = ListCandidates(&within_, &items_, &group_distance_);
-  FindAmong({centre, static_cast<float>(radius_mm), items_.data(), group_distance_.data(), group_count}, queries, count,
-            limit_squared, nearest);
+  tree_.FindAbout(box, std::min(std::sqrt(limit_squared), distance_mm + radius_mm) * (1 + 1e-12), &items_);
+  if (items_.empty()) {
+    std::fill(nearest, nearest + count, NearestTriangle{});
+    return;
+  }
+  while (items_.size() % kCandidateGroup != 0) items_.push_back(items_.front());
+  group_distance_.assign(items_.size() / kCandidateGroup, 0);  // all are looked up
+  FindAmong({centre, static_cast<float>(radius_mm), items_.data(), group_distance_.data(),
+             static_cast<std::uint32_t>(group_distance_.size())},
+            queries, count, limit_squared, nearest);
 }
 
 float NearBatch::LayOut(const Candidates& candidates, const Eigen::Vector3d* queries, std::size_t count) {
@@ -148,10 +125,7 @@ NearBatch::Measured NearBatch::Measure(const Candidates& candidates, float from_
       if (used + kItemsAhead < item_count) __builtin_prefetch(&tree_.items()[items[used + kItemsAhead]]);
       if (used + kShapesAhead < item_count) fetch(items[used + kShapesAhead]);
       const Eigen::Vector3f a = (tree_.corner(tree_.items()[items[used]], 0) - candidates.centre).cast<float>();
-      const float reach = std::abs(a.x()) + std::abs(a.y()) + std::abs(a.z()) + candidates.width_mm;
-      const float size = std::max(std::abs(shape.bx) + std::abs(shape.by) + std::abs(shape.bz),
-                                  std::abs(shape.cx) + std::abs(shape.cy) + std::abs(shape.cz));
-      measured.tolerance = std::max(measured.tolerance, shape.rounding * (reach + size));
+      measured.tolerance = std::max(measured.tolerance, ToleranceOf(shape, a, candidates.width_mm));
       measure(shape, a.x(), a.y(), a.z(), used, width_, &lanes, &squared_[used * blocks]);
     }
   }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "metrology/nearest/candidate_lister.h"
 #include "metrology/parallel/loops.h"
 
 namespace sixpoint::metrology {
@@ -16,9 +17,10 @@ constexpr double kGreatestCellsAcross = (1 << kKeyBits) - 2;
 // Cells of about the mean triangle's edge hold some tens of candidates.
 constexpr double kEdgesPerCell = 1.6;
 // Slivers have no area, but a length: of all triangles together no more cells than this along each.
-constexpr double kCellsAlong = 8;
+constexpr double kCellsAlong = 6;
 constexpr double kLeastCellMm = 0.02;
-constexpr std::size_t kTouchedAtATime = std::size_t{1} << 18;  // cells listed more than once
+constexpr std::size_t kTouchedAtATime = std::size_t{1} << 18;  // cells touched more than once
+constexpr std::size_t kListedAtATime = std::size_t{1} << 13;
 
 std::uint64_t KeyOf(const Eigen::Array3i& cell) {
   return static_cast<std::uint64_t>(cell[0]) << (2 * kKeyBits) | static_cast<std::uint64_t>(cell[1]) << kKeyBits |
@@ -32,25 +34,11 @@ void SortUnique(std::vector<std::uint64_t>* keys) {
 
 std::size_t HashOf(std::uint64_t key) { return static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ULL) >> 20); }
 
-// Whether a triangle may touch the cube about the centre: its box does, and so does its plane.
-bool Touches(const TriangleTree& tree, const IndexedTriangle& item, const Eigen::Vector3d& centre, double half_mm) {
-  const double half = half_mm * (1 + 1e-9);
-  const Eigen::Vector3d a = tree.corner(item, 0) - centre, b = tree.corner(item, 1) - centre,
-                        c = tree.corner(item, 2) - centre, ab = b - a, ac = c - a;
-  if ((a.cwiseMin(b).cwiseMin(c).array() > half).any() || (a.cwiseMax(b).cwiseMax(c).array() < -half).any())
-    return false;
-  const Eigen::Vector3d normal = ab.cross(ac);
-  // A sliver's plane is not known well enough to rule anything out.
-  if (!(normal.squaredNorm() > 1e-6 * ab.squaredNorm() * ac.squaredNorm())) return true;
-  return std::abs(normal.dot(a)) <= half * normal.lpNorm<1>() * (1 + 1e-6);
-}
-
 }  // namespace
 
 struct NearCells::Listed {
   std::vector<std::uint64_t> keys;
-  std::vector<std::uint32_t> group_counts, items;
-  std::vector<float> group_distance;
+  CandidateLists lists;
 };
 
 NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_count)
@@ -108,40 +96,35 @@ std::vector<std::uint64_t> NearCells::CellsNearSurface(int thread_count) const {
   return touched;
 }
 
-// Adds the cell, unless no triangle can be the nearest of a covered point in it.
-void NearCells::List(std::uint64_t key, std::uint32_t* hint, std::vector<TriangleTree::Within>* within,
-                     Listed* listed) const {
+// Those of the keys that have candidates, with them.
+NearCells::Listed NearCells::List(const std::uint64_t* keys, std::size_t count) const {
+  constexpr double kAcross = 4;  // cells that are listed together: they share most of their candidates
   const double band_mm = covered_mm_ + radius_mm();  // of the centre of a cell that holds a covered point
-  const Eigen::Vector3d centre = CentreOf(key);
-  const NearestTriangle nearest = tree_.Find(centre, band_mm * band_mm, *hint);
-  if (nearest.triangle == NearestTriangle::kNone) return;
-  *hint = nearest.triangle;
-  // Whoever is nearest to a covered point of the cell is no farther from its centre than this, and touches the cell
-  // grown by what is covered.
-  const double reach_mm = std::min(std::sqrt(nearest.distance_squared) + 2 * radius_mm(), band_mm) * (1 + 1e-12);
-  tree_.FindWithin(centre, reach_mm, within);
-  within->erase(std::remove_if(within->begin(), within->end(),
-                               [&](const TriangleTree::Within& candidate) {
-                                 return !Touches(tree_, tree_.items()[candidate.item], centre,
-                                                 0.5 * cell_mm_ + covered_mm_);
-                               }),
-                within->end());
-  if (within->empty()) return;
-  listed->keys.push_back(key);
-  listed->group_counts.push_back(ListCandidates(within, &listed->items, &listed->group_distance));
+  Listed listed;
+  CandidateLister lister(tree_, shapes_);
+  std::array<Eigen::Vector3d, CandidateLister::kMostCells> centres_mm;
+  for (std::size_t from = 0, together; from < count; from += together) {
+    Eigen::AlignedBox3d box;
+    for (together = 0; together < std::min(centres_mm.size(), count - from); ++together) {
+      centres_mm[together] = CentreOf(keys[from + together]);
+      box.extend(centres_mm[together]);
+      if (together > 0 && box.sizes().maxCoeff() > kAcross * cell_mm_) break;
+    }
+    lister.List(centres_mm.data(), together, radius_mm(), band_mm, &listed.lists);
+    for (std::size_t i = from; i < from + together; ++i)
+      if (listed.lists.group_counts[i] > 0) listed.keys.push_back(keys[i]);
+  }
+  return listed;
 }
 
 void NearCells::ListEach(const std::vector<std::uint64_t>& touched, int thread_count) {
-  std::vector<Listed> parts(PartCount(thread_count));
-  InParts(touched.size(), thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
-    std::vector<TriangleTree::Within> within;
-    std::uint32_t hint = NearestTriangle::kNone;
-    for (std::size_t t = begin; t < end; ++t) List(touched[t], &hint, &within, &parts[part]);
-  });
+  std::vector<Listed> parts =
+      OfEachChunk<Listed>(touched.size(), kListedAtATime, thread_count,
+                          [&](std::size_t begin, std::size_t end) { return List(&touched[begin], end - begin); });
   std::size_t cell_count = 0, group_count = 0;
   for (const Listed& part : parts) {
     cell_count += part.keys.size();
-    group_count += part.group_distance.size();
+    group_count += part.lists.group_distance.size();
   }
   std::vector<std::uint64_t> keys;
   keys.reserve(cell_count);
@@ -151,9 +134,10 @@ void NearCells::ListEach(const std::vector<std::uint64_t>& touched, int thread_c
   first_.push_back(0);
   for (Listed& part : parts) {
     keys.insert(keys.end(), part.keys.begin(), part.keys.end());
-    for (const std::uint32_t groups : part.group_counts) first_.push_back(first_.back() + groups);
-    items_.insert(items_.end(), part.items.begin(), part.items.end());
-    group_distance_.insert(group_distance_.end(), part.group_distance.begin(), part.group_distance.end());
+    for (const std::uint32_t groups : part.lists.group_counts)
+      if (groups > 0) first_.push_back(first_.back() + groups);
+    items_.insert(items_.end(), part.lists.items.begin(), part.lists.items.end());
+    group_distance_.insert(group_distance_.end(), part.lists.group_distance.begin(), part.lists.group_distance.end());
     part = {};
   }
   MakeTable(keys);

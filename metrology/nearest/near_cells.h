@@ -27,17 +27,17 @@ class NearCells {
   // The cells that hold up to kTogether points, kNoCell where there is none.
   void CellsAt(const Eigen::Vector3d* points_mm, std::size_t count, std::uint32_t* cells) const;
 
-  // Among them is the nearest of each point of the cell that is within covered_mm of the surface.
+  // Among them is the nearest of each point of the cell.
   Candidates CandidatesOf(std::uint32_t cell) const;
   const TriangleShape& shape(std::uint32_t item) const { return shapes_[item]; }
 
  private:
-  struct Listed;  // cells with their candidates, as one thread finds them
+  struct Listed;  // cells with their candidates
 
   void FindShapes();  // and from them how wide cells are, and from where on they are counted
   std::vector<std::uint64_t> CellsNearSurface(int thread_count) const;
   void ListEach(const std::vector<std::uint64_t>& keys, int thread_count);
-  void List(std::uint64_t key, std::uint32_t* hint, std::vector<TriangleTree::Within>* within, Listed* listed) const;
+  Listed List(const std::uint64_t* keys, std::size_t count) const;
   void MakeTable(const std::vector<std::uint64_t>& keys);
 
   Eigen::Vector3d CentreOf(std::uint64_t key) const;
@@ -59,7 +59,7 @@ class NearCells {
     std::uint32_t cell = kNoCell;
   };
   std::vector<Slot> slots_;
-  // By cell: its items, as ListCandidates puts them about its centre.
+  // By cell: its items, about its centre.
   std::vector<std::uint32_t> first_;  // group
   std::vector<std::uint32_t> items_;
   std::vector<float> group_distance_;

@@ -10,11 +10,11 @@ namespace {
 
 constexpr int kStackSize = 512;
 
-// Of a point from the boxes of the children.
-inline Eigen::Array4f SquaredDistances(const TreeNode& node, const Eigen::Vector3f& q) {
+// Of a box, which may be a point, from the boxes of the children.
+inline Eigen::Array4f SquaredDistances(const TreeNode& node, const Eigen::Vector3f& low, const Eigen::Vector3f& high) {
   Eigen::Array4f squared = Eigen::Array4f::Zero();
   for (int k = 0; k < 3; ++k) {
-    const Eigen::Array4f outside = (node.low[k] - q[k]).max(q[k] - node.high[k]).max(0.f);
+    const Eigen::Array4f outside = (node.low[k] - high[k]).max(low[k] - node.high[k]).max(0.f);
     squared += outside * outside;
   }
   return squared;
@@ -90,7 +90,7 @@ NearestTriangle TriangleTree::Find(const Eigen::Vector3d& query, double limit_sq
     const Waiting next = stack[--depth];
     if (next.distance_squared > limit) continue;
     const TreeNode& node = tree_.nodes[next.node];
-    const Eigen::Array4f squared = SquaredDistances(node, q);
+    const Eigen::Array4f squared = SquaredDistances(node, q, q);
     const int bottom = depth;
     for (int c = 0; c < 4; ++c) {
       if (!(squared[c] <= limit) || node.first[c] == TreeNode::kNoChild) continue;
@@ -116,28 +116,23 @@ void TriangleTree::FindEach(const Eigen::Vector3d* queries, std::size_t count, d
   }
 }
 
-void TriangleTree::FindWithin(const Eigen::Vector3d& query, double distance, std::vector<Within>* found) const {
-  found->clear();
+void TriangleTree::FindAbout(const Eigen::AlignedBox3d& box, double distance, std::vector<std::uint32_t>* items) const {
+  items->clear();
   if (empty()) return;
-  const Eigen::Vector3f q = query.cast<float>();
+  const Eigen::Vector3f low = box.min().cast<float>(), high = box.max().cast<float>();
   const auto limit = static_cast<float>(distance * distance * (1 + 1e-5)) + std::numeric_limits<float>::min();
   std::array<std::uint32_t, kStackSize> stack;
   int depth = 0;
   stack[depth++] = 0;
   while (depth > 0) {
     const TreeNode& node = tree_.nodes[stack[--depth]];
-    const Eigen::Array4f squared = SquaredDistances(node, q);
+    const Eigen::Array4f squared = SquaredDistances(node, low, high);
     for (int c = 0; c < 4; ++c) {
       if (!(squared[c] <= limit) || node.first[c] == TreeNode::kNoChild) continue;
-      if (node.count[c] == 0) {
+      if (node.count[c] == 0)
         stack[depth++] = node.first[c];
-        continue;
-      }
-      for (std::uint32_t i = node.first[c]; i < node.first[c] + node.count[c]; ++i) {
-        NearestTriangle nearest;
-        TakeNearer(vertices_, tree_.items[i], query, &nearest);
-        if (nearest.distance_squared <= distance * distance) found->push_back({i, std::sqrt(nearest.distance_squared)});
-      }
+      else
+        for (std::uint32_t i = 0; i < node.count[c]; ++i) items->push_back(node.first[c] + i);
     }
   }
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <vector>
 
@@ -25,12 +26,8 @@ class TriangleTree {
   void FindEach(const Eigen::Vector3d* queries, std::size_t count, double limit_squared, std::uint32_t hint,
                 NearestTriangle* nearest) const;
 
-  struct Within {
-    std::uint32_t item;
-    double distance;
-  };
-  // All items within a distance, in no particular order.
-  void FindWithin(const Eigen::Vector3d& query, double distance, std::vector<Within>* found) const;
+  // All items within a distance of a box, and some a little farther, in the tree's order of its nodes.
+  void FindAbout(const Eigen::AlignedBox3d& box, double distance, std::vector<std::uint32_t>* items) const;
 
   // Whether the straight line between the two meets a triangle, from whichever side; one within the line's own plane is not met.
   bool Meets(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
