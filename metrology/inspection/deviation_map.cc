@@ -18,6 +18,7 @@ using Eigen::Vector3d;
 
 constexpr double kBin_mm = 1e-4;
 constexpr double kMostPatchesOfRadius = 4;
+constexpr std::size_t kAhead = 24;  // points fetched early
 constexpr float kNoDeviation = std::numeric_limits<float>::quiet_NaN();
 
 }  // namespace
@@ -180,7 +181,14 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
   const Surface::Batch batch(
       *surface_, static_cast<std::uint32_t>(points_mm.size()),
       [&](const std::uint32_t* indices, std::size_t count, Vector3d* points) {
-        for (std::size_t i = 0; i < count; ++i) points[i] = in_part_mm[indices[i]];
+        for (std::size_t i = 0; i < count; ++i) {
+          if (i + kAhead < count) __builtin_prefetch(&in_part_mm[indices[i + kAhead]]);
+          points[i] = in_part_mm[indices[i]];
+          // What is wanted of it when it is taken.
+          __builtin_prefetch(&points_mm[indices[i]]);
+          __builtin_prefetch(&piece.deviations_mm[indices[i]], 1);
+          __builtin_prefetch(&piece.patch_of[indices[i]], 1);
+        }
       },
       options_.farthest_mm, options_.threads);
   piece.parts = OfEachChunk<Piece::Part>(

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kRoundedUp = 1 + 1e-6, kRoundedDown = 1 - 1e-6;  // what single precision may add or take
 
-constexpr std::uint32_t kSteps = 64;       // of distance, to which candidates are put in order
+constexpr std::uint32_t kSteps = 64;  // of distance, to which candidates are put in order
 
 }  // namespace
 

@@ -48,7 +48,7 @@ class CandidateLister {
   std::vector<float> tolerances_mm_;  // of each item's distances
   float greatest_tolerance_mm_ = 0;
   NearLanes lanes_;
-  std::vector<LaneBlock> squared_;    // by item, the centres side by side
+  std::vector<LaneBlock> squared_;  // by item, the centres side by side
   std::vector<ListedItem> listed_;
 };
 

@@ -11,9 +11,10 @@ namespace sixpoint::metrology {
 constexpr std::uint32_t kCandidateGroup = 4;
 
 struct Candidates {
-  Eigen::Vector3d centre;       // about which points are measured
-  float width_mm;               // no query is farther from it
-  const std::uint32_t* items;   // of the tree, about from near to far, in groups (the last filled up with the first item)
+  Eigen::Vector3d centre;  // about which points are measured
+  float width_mm;          // no query is farther from it
+  const std::uint32_t*
+      items;  // of the tree, about from near to far, in groups (the last filled up with the first item)
   const float* group_distance;  // from the centre to the nearest of each group and those after it
   std::uint32_t group_count;
 };

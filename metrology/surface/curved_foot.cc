@@ -36,7 +36,7 @@ std::optional<CubicPatch> CurvedSurface::PatchOver(std::uint32_t triangle) const
                           {n[0].cast<double>(), n[1].cast<double>(), n[2].cast<double>()});
 }
 
-// Those of the triangles that the feet of one call stand over: neighbours share them.
+// Those of the triangles that feet stood over last: neighbours share them.
 class CurvedSurface::Patches {
  public:
   explicit Patches(const CurvedSurface& surface) : surface_(surface) { triangles_.fill(NearestTriangle::kNone); }
@@ -50,7 +50,7 @@ class CurvedSurface::Patches {
   }
 
  private:
-  static constexpr std::size_t kKept = 16;
+  static constexpr std::size_t kKept = 64;
   const CurvedSurface& surface_;
   std::array<std::uint32_t, kKept> triangles_;
   std::array<std::optional<CubicPatch>, kKept> patches_;
@@ -61,11 +61,13 @@ class CurvedSurface::Patches {
 // foot is found takes the next query.
 class CurvedSurface::Slide {
  public:
-  Slide(const CurvedSurface& surface, const Vector3d* queries, const NearestTriangle* nearest,
-        std::optional<CurvedFoot>* feet)
-      : surface_(surface), queries_(queries), nearest_(nearest), feet_(feet), patches_(surface) {}
+  explicit Slide(const CurvedSurface& surface) : surface_(surface), patches_(surface) {}
 
-  void Feet(const std::uint32_t* indices, std::size_t count) {
+  void Find(const Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices, std::size_t count,
+            std::optional<CurvedFoot>* feet) {
+    queries_ = queries;
+    nearest_ = nearest;
+    feet_ = feet;
     const FootSteps steps = FootStepsOf(UsedLaneWidth());
     std::size_t begun = 0, in_use = 0;
     for (std::size_t lane = 0; lane < LaneRow::kLanes; ++lane)
@@ -158,17 +160,20 @@ class CurvedSurface::Slide {
   }
 
   const CurvedSurface& surface_;
-  const Vector3d* queries_;
-  const NearestTriangle* nearest_;
-  std::optional<CurvedFoot>* feet_;
+  const Vector3d* queries_ = nullptr;
+  const NearestTriangle* nearest_ = nullptr;
+  std::optional<CurvedFoot>* feet_ = nullptr;
   Patches patches_;
   std::array<State, LaneRow::kLanes> states_;
   FootLanes lanes_{};
 };
 
-void CurvedSurface::FeetOf(const Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices,
-                           std::size_t count, std::optional<CurvedFoot>* feet) const {
-  Slide(*this, queries, nearest, feet).Feet(indices, count);
+FootFinder::FootFinder(const CurvedSurface& surface) : slide_(std::make_unique<CurvedSurface::Slide>(surface)) {}
+FootFinder::~FootFinder() = default;
+
+void FootFinder::Find(const Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices,
+                      std::size_t count, std::optional<CurvedFoot>* feet) {
+  slide_->Find(queries, nearest, indices, count, feet);
 }
 
 }  // namespace sixpoint::metrology

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 
 #include "metrology/mesh/cubic_patch.h"
@@ -31,12 +32,9 @@ class CurvedSurface {
     __builtin_prefetch(&mesh_.corner_normals[triangle].back());
     seams_.Prefetch(triangle);
   }
-  // Of each query among the indices, from the nearest point of the facets on, where the triangle carries a patch: elsewhere
-  // `feet` stays as it is. Of a curved surface. Many at a time take a fraction of their time one by one.
-  void FeetOf(const Eigen::Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices,
-              std::size_t count, std::optional<CurvedFoot>* feet) const;
 
  private:
+  friend class FootFinder;
   class Patches;
   class Slide;
   std::optional<CubicPatch> PatchOver(std::uint32_t triangle) const;
@@ -44,6 +42,21 @@ class CurvedSurface {
   const TriangleMesh& mesh_;
   const Points& vertices_mm_;
   const Seams& seams_;
+};
+
+// One thread's working space: neighbours share their patches. Of a curved surface, which lives longer.
+class FootFinder {
+ public:
+  explicit FootFinder(const CurvedSurface& surface);
+  ~FootFinder();
+
+  // Of each query among the indices, from the nearest point of the facets on, where the triangle carries a patch: elsewhere
+  // `feet` stays as it is. Many at a time take a fraction of their time one by one.
+  void Find(const Eigen::Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices,
+            std::size_t count, std::optional<CurvedFoot>* feet);
+
+ private:
+  std::unique_ptr<CurvedSurface::Slide> slide_;
 };
 
 }  // namespace sixpoint::metrology

@@ -95,7 +95,7 @@ struct Surface::Parts {
   // Of those that lie on a smooth place of a curved surface; `found` is up to kTogether long, as they are found together.
   static constexpr std::size_t kTogether = NearestSearch::Many::kMostFound;
   using Feet = std::array<std::optional<CurvedFoot>, kTogether>;
-  void FindFeet(const Vector3d* queries, const NearestTriangle* nearest, std::size_t count,
+  void FindFeet(const Vector3d* queries, const NearestTriangle* nearest, std::size_t count, FootFinder* finder,
                 std::optional<CurvedFoot>* feet) const;
   SurfacePoint Resolve(const Vector3d& query, const NearestTriangle& nearest,
                        const std::optional<CurvedFoot>& curved_foot) const;
@@ -128,7 +128,7 @@ double Surface::Parts::FacetDistance(const Vector3d& query, const NearestTriangl
 }
 
 void Surface::Parts::FindFeet(const Vector3d* queries, const NearestTriangle* nearest, std::size_t count,
-                              std::optional<CurvedFoot>* feet) const {
+                              FootFinder* finder, std::optional<CurvedFoot>* feet) const {
   for (std::size_t i = 0; i < count; ++i) feet[i].reset();
   if (!curved.IsCurved()) return;
   for (std::size_t i = 0; i < count; ++i)
@@ -138,7 +138,7 @@ void Surface::Parts::FindFeet(const Vector3d* queries, const NearestTriangle* ne
   for (std::uint32_t i = 0; i < count; ++i) {
     if (nearest[i].triangle != kNoTriangle && seams.SeamAt(nearest[i]) == kSmooth) smooth[smooth_count++] = i;
   }
-  curved.FeetOf(queries, nearest, smooth.data(), smooth_count, feet);
+  finder->Find(queries, nearest, smooth.data(), smooth_count, feet);
 }
 
 SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangle& nearest,
@@ -176,7 +176,8 @@ SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangl
 
 SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangle& nearest) const {
   std::optional<CurvedFoot> foot;
-  FindFeet(&query, &nearest, 1, &foot);
+  FootFinder finder(curved);
+  FindFeet(&query, &nearest, 1, &finder, &foot);
   return Resolve(query, nearest, foot);
 }
 
@@ -229,8 +230,9 @@ Surface::Batch::~Batch() = default;
 void Surface::Batch::Visit(std::size_t from, std::size_t to,
                            const std::function<void(std::uint32_t, const SurfacePoint&)>& take) const {
   Parts::Feet feet;
+  FootFinder finder(parts_.curved);
   search_->many.Visit(from, to, [&](const NearestSearch::Many::Found& found) {
-    parts_.FindFeet(found.points_mm, found.nearest, found.count, feet.data());
+    parts_.FindFeet(found.points_mm, found.nearest, found.count, &finder, feet.data());
     for (std::size_t i = 0; i < found.count; ++i)
       take(found.indices[i], parts_.Resolve(found.points_mm[i], found.nearest[i], feet[i]));
   });
@@ -252,8 +254,9 @@ void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thre
     // Points far off come last and take longer.
     ForEachChunk(count, kTurn, thread_count, [&](std::size_t, std::size_t from, std::size_t to) {
       Parts::Feet feet;
+      FootFinder finder(parts_->curved);
       many.Visit(from, to, [&](const NearestSearch::Many::Found& found) {
-        parts_->FindFeet(found.points_mm, found.nearest, found.count, feet.data());
+        parts_->FindFeet(found.points_mm, found.nearest, found.count, &finder, feet.data());
         for (std::size_t i = 0; i < found.count; ++i)
           (*distances_mm)[begin + found.indices[i]] =
               feet[i] ? feet[i]->signed_distance_mm : parts_->FacetDistance(found.points_mm[i], found.nearest[i]);
