@@ -18,7 +18,8 @@ using Eigen::Vector3d;
 
 constexpr double kBin_mm = 1e-4;
 constexpr double kMostPatchesOfRadius = 4;
-constexpr std::size_t kAhead = 24;  // points fetched early
+constexpr std::size_t kAhead = 24;            // points fetched early
+constexpr std::size_t kMostHistograms = 256;  // counted by several threads, each its own: of memory
 constexpr float kNoDeviation = std::numeric_limits<float>::quiet_NaN();
 
 }  // namespace
@@ -44,6 +45,10 @@ class DeviationMap::Histogram {
  public:
   explicit Histogram(double farthest_mm)
       : farthest_mm_(farthest_mm), counts_(static_cast<std::size_t>(2 * farthest_mm / kBin_mm) + 1) {}
+  void Add(const Histogram& other) {
+    for (std::size_t k = 0; k < counts_.size(); ++k) counts_[k] += other.counts_[k];
+    total_ += other.total_;
+  }
   void Count(float deviation_mm) {
     const double bin = std::clamp((static_cast<double>(deviation_mm) + farthest_mm_) / kBin_mm, 0.0,
                                   static_cast<double>(counts_.size() - 1));
@@ -93,7 +98,7 @@ DeviationMap::DeviationMap(std::shared_ptr<const Surface> surface, std::shared_p
       regions_(std::move(regions)),
       set_aside_(options_.set_aside),
       regions_of_(patches_->patches().size()),
-      histograms_(1 + regions_.size(), Histogram(options_.farthest_mm)) {
+      histograms_(HistogramParts(), std::vector<Histogram>(1 + regions_.size(), Histogram(options_.farthest_mm))) {
   for (std::size_t r = 0; r < regions_.size(); ++r)
     for (const std::uint32_t patch : regions_[r]) regions_of_[patch].push_back(static_cast<std::uint8_t>(r));
   PutPlaces();
@@ -101,6 +106,10 @@ DeviationMap::DeviationMap(std::shared_ptr<const Surface> surface, std::shared_p
   surface_->PrepareNear(options_.threads);
 }
 DeviationMap::~DeviationMap() = default;
+
+std::size_t DeviationMap::HistogramParts() const {
+  return std::clamp<std::size_t>(kMostHistograms / (1 + regions_.size()), 1, PartCount(options_.threads));
+}
 
 std::size_t DeviationMap::MeanCount() const { return patches_->patches().size() + options_.places.size(); }
 
@@ -236,13 +245,17 @@ void DeviationMap::Take(const Piece& piece) {
     counts_.set_aside += part.counts.set_aside;
     counts_.far_off += part.counts.far_off;
   }
-  for (std::size_t i = 0; i < piece.deviations_mm.size(); ++i) {
-    if (std::isnan(piece.deviations_mm[i])) continue;
-    histograms_.front().Count(piece.deviations_mm[i]);
-    if (piece.patch_of[i] == SurfacePatches::kNone) continue;
-    for (const std::uint8_t region : regions_of_[piece.patch_of[i]])
-      histograms_[1 + region].Count(piece.deviations_mm[i]);
-  }
+  InParts(piece.deviations_mm.size(), static_cast<int>(histograms_.size()),
+          [&](std::size_t begin, std::size_t end, std::size_t part) {
+            std::vector<Histogram>& histograms = histograms_[part];
+            for (std::size_t i = begin; i < end; ++i) {
+              if (std::isnan(piece.deviations_mm[i])) continue;
+              histograms.front().Count(piece.deviations_mm[i]);
+              if (piece.patch_of[i] == SurfacePatches::kNone) continue;
+              for (const std::uint8_t region : regions_of_[piece.patch_of[i]])
+                histograms[1 + region].Count(piece.deviations_mm[i]);
+            }
+          });
 }
 
 PatchDeviation DeviationMap::Measured(std::size_t mean_index) const {
@@ -354,13 +367,16 @@ absl::StatusOr<DeviationField> DeviationMap::Finish() {
   const auto first_place = means.begin() + static_cast<std::ptrdiff_t>(patches_->patches().size());
   field.patches.assign(means.begin(), first_place);
   field.places.assign(first_place, means.end());
-  field.whole = StatisticsOf(field, nullptr, histograms_.front());
+  for (std::size_t part = 1; part < histograms_.size(); ++part)
+    for (std::size_t k = 0; k < histograms_[part].size(); ++k) histograms_.front()[k].Add(histograms_[part][k]);
+  histograms_.resize(1);
+  field.whole = StatisticsOf(field, nullptr, histograms_.front().front());
   if (!field.whole.values)
     return absl::FailedPreconditionError("scans: no patch of the CAD has " + std::to_string(options_.least_points) +
                                          " points within " + std::to_string(options_.farthest_mm) +
                                          " mm, want scans of this blade");
   for (std::size_t r = 0; r < regions_.size(); ++r)
-    field.regions.push_back(StatisticsOf(field, &regions_[r], histograms_[1 + r]));
+    field.regions.push_back(StatisticsOf(field, &regions_[r], histograms_.front()[1 + r]));
   return field;
 }
 
