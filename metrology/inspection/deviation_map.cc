@@ -183,7 +183,10 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
   Points& in_part_mm = piece.in_part_mm;
   in_part_mm.resize(points_mm.size());
   ForEachChunk(points_mm.size(), kMappedAtOnce, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) in_part_mm[i] = mapping_.PartPoint(points_mm[i], place);
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i + kAhead < end) __builtin_prefetch(&points_mm[i + kAhead]);
+      in_part_mm[i] = mapping_.PartPoint(points_mm[i], place);
+    }
   });
   piece.deviations_mm.assign(points_mm.size(), kNoDeviation);
   piece.patch_of.assign(points_mm.size(), SurfacePatches::kNone);

@@ -24,14 +24,16 @@ SIXPOINT_INLINE void MeasureLanes(const TriangleShape& t, float ax, float ay, fl
   const float ex = t.cx - t.bx, ey = t.cy - t.by, ez = t.cz - t.bz;
   const float per_bb = 1 / (t.bx * t.bx + t.by * t.by + t.bz * t.bz), per_ee = 1 / (ex * ex + ey * ey + ez * ez);
   const float per_cc = 1 / (t.cx * t.cx + t.cy * t.cy + t.cz * t.cz);
+  // How far along an edge: products with these.
+  const float bx = t.bx * per_bb, by = t.by * per_bb, bz = t.bz * per_bb;
+  const float cx = t.cx * per_cc, cy = t.cy * per_cc, cz = t.cz * per_cc;
+  const float fx = ex * per_ee, fy = ey * per_ee, fz = ez * per_ee;
   for (std::size_t i = 0; i < count; i += Width::kFloats) {
     const Floats px = *reinterpret_cast<const Floats*>(&lanes->x[i]) - ax;
     const Floats py = *reinterpret_cast<const Floats*>(&lanes->y[i]) - ay;
     const Floats pz = *reinterpret_cast<const Floats*>(&lanes->z[i]) - az;
     const Floats qx = px - t.bx, qy = py - t.by, qz = pz - t.bz;
-    Floats b = (px * t.bx + py * t.by + pz * t.bz) * per_bb;
-    Floats c = (px * t.cx + py * t.cy + pz * t.cz) * per_cc;
-    Floats e = (qx * ex + qy * ey + qz * ez) * per_ee;
+    Floats b = px * bx + py * by + pz * bz, c = px * cx + py * cy + pz * cz, e = qx * fx + qy * fy + qz * fz;
     Clamp(&b);
     Clamp(&c);
     Clamp(&e);

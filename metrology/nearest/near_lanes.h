@@ -1,5 +1,6 @@
 // Points side by side, measured against one triangle at a time in single precision: only to rule out what is farther than the
-// best by more than that rounds. One loop, compiled for each width of vectors; every width gives the same bits, on every processor.
+// best by more than that rounds (ToleranceOf). One loop, compiled for each width of vectors, where a product and its sum are rounded once if
+// the processor can: widths may differ by that rounding, and what is found, which double precision decides, does not.
 #pragma once
 
 #include <cstddef>

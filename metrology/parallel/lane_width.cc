@@ -27,7 +27,7 @@ std::atomic<LaneWidth>& Used() {
 std::vector<LaneWidth> LaneWidths() {
   std::vector<LaneWidth> widths{LaneWidth::kFour};
 #ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2")) widths.push_back(LaneWidth::kEight);
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) widths.push_back(LaneWidth::kEight);
   if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq")) widths.push_back(LaneWidth::kSixteen);
 #endif
   return widths;

@@ -1,4 +1,4 @@
-// How many numbers this processor computes with at a time. Loops over points side by side are compiled for each width and give
+// How many numbers this processor computes with at a time. Loops over points side by side are compiled for each width; what comes of them has
 // the same bits in every one.
 #pragma once
 
@@ -6,7 +6,11 @@
 
 namespace sixpoint::metrology {
 
-enum class LaneWidth { kFour, kEight, kSixteen };  // floats: SSE2 or what the processor has at least; AVX2; AVX-512
+enum class LaneWidth {
+  kFour,
+  kEight,
+  kSixteen
+};  // floats: SSE2 or what the processor has at least; AVX2 with FMA; AVX-512
 
 // Those that this processor has, the widest last.
 std::vector<LaneWidth> LaneWidths();

@@ -10,7 +10,7 @@
 
 // Of the functions that a loop is compiled as, where the width is not the least. Other processors' are never asked for.
 #ifdef __x86_64__
-#define SIXPOINT_EIGHT __attribute__((target("avx2")))
+#define SIXPOINT_EIGHT __attribute__((target("avx2,fma")))
 #define SIXPOINT_SIXTEEN __attribute__((target("avx512f,avx512vl,avx512dq")))
 #else
 #define SIXPOINT_EIGHT

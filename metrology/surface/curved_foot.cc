@@ -142,8 +142,11 @@ class CurvedSurface::Slide {
   // Over the edge that the step went beyond, if it may.
   void GoOn(State* state, std::size_t lane) {
     ++state->step;
+    const double low = -state->overshoot();
+    const LaneRow(&next)[3] = lanes_.next;
+    if (!(next[0].at[lane] < low || next[1].at[lane] < low || next[2].at[lane] < low)) return;
     int edge;
-    if (!(VectorOf(lanes_.next, lane).minCoeff(&edge) < -state->overshoot())) return;
+    if (!(VectorOf(next, lane).minCoeff(&edge) < low)) return;
     if (!state->is_near || state->crossings >= kMostCrossings || surface_.seams_.seam(state->triangle, edge) != kSmooth)
       return;
     const std::uint32_t beyond = surface_.seams_.beyond(state->triangle, edge);
