@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kRoundedUp = 1 + 1e-6, kRoundedDown = 1 - 1e-6;  // what single precision may add or take
 
+constexpr float kWellKnown = 1e-3f;   // of the distance up to which triangles are listed
 constexpr std::uint32_t kSteps = 64;  // of distance, to which candidates are put in order
 
 }  // namespace
@@ -37,7 +38,7 @@ void CandidateLister::List(const Eigen::Vector3d* centres_mm, std::size_t count,
     if (distance_mm > band_mm)
       lists->group_counts.push_back(0);
     else
-      ListOne(lane, distance_mm + 2 * radius_mm, lists);
+      ListOne(lane, centres_mm[lane], distance_mm + 2 * radius_mm, lists);
   }
 }
 
@@ -74,7 +75,14 @@ double CandidateLister::FarthestOf(std::size_t lane, const Eigen::Vector3d& cent
   return tree_.Find(centre_mm, band_mm * band_mm, hint_).triangle == NearestTriangle::kNone ? kTooFar : band_mm;
 }
 
-void CandidateLister::ListOne(std::size_t lane, double reach_mm, CandidateLists* lists) {
+float CandidateLister::DistanceOf(std::uint32_t item, const Eigen::Vector3d& centre_mm) const {
+  NearestTriangle nearest;
+  TakeNearer(tree_.vertices(), tree_.items()[item], centre_mm, &nearest);
+  return static_cast<float>(std::sqrt(nearest.distance_squared));
+}
+
+void CandidateLister::ListOne(std::size_t lane, const Eigen::Vector3d& centre_mm, double reach_mm,
+                              CandidateLists* lists) {
   const auto reach = static_cast<float>(reach_mm * kRoundedUp);
   const float steps_per_mm = static_cast<float>(kSteps) / (reach * static_cast<float>(kRoundedUp));
   listed_.clear();
@@ -82,7 +90,11 @@ void CandidateLister::ListOne(std::size_t lane, double reach_mm, CandidateLists*
   for (std::uint32_t k = 0; k < items_.size(); ++k) {
     const float limit = reach + tolerances_mm_[k], squared = squared_[k].at[lane];
     if (!(squared <= limit * limit)) continue;
-    const float at_least = std::max(std::sqrt(squared) * static_cast<float>(kRoundedDown) - tolerances_mm_[k], 0.f);
+    // A sliver's is not known well enough to stand among the others.
+    const float known = tolerances_mm_[k] <= kWellKnown * reach ? std::sqrt(squared) - tolerances_mm_[k]
+                                                                : DistanceOf(items_[k], centre_mm);
+    const float at_least = std::max(known * static_cast<float>(kRoundedDown), 0.f);
+    if (at_least > reach) continue;
     const std::uint32_t step = std::min(static_cast<std::uint32_t>(at_least * steps_per_mm), kSteps - 1);
     ++next[step];
     listed_.push_back({items_[k], step, at_least});

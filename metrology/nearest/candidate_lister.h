@@ -34,7 +34,8 @@ class CandidateLister {
   void Measure(const Eigen::Vector3d* centres_mm, std::size_t count, const Eigen::Vector3d& middle_mm, double width_mm);
   // How far the centre is from the surface at most, or more than band_mm.
   double FarthestOf(std::size_t lane, const Eigen::Vector3d& centre_mm, double band_mm) const;
-  void ListOne(std::size_t lane, double reach_mm, CandidateLists* lists);
+  float DistanceOf(std::uint32_t item, const Eigen::Vector3d& centre_mm) const;
+  void ListOne(std::size_t lane, const Eigen::Vector3d& centre_mm, double reach_mm, CandidateLists* lists);
 
   struct ListedItem {
     std::uint32_t item, step;

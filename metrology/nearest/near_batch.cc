@@ -106,6 +106,7 @@ NearBatch::Measured NearBatch::Measure(const Candidates& candidates, float from_
   const std::uint32_t *items = candidates.items, item_count = kCandidateGroup * candidates.group_count;
   const std::size_t blocks = width_ / NearLanes::kMultiple;
   if (squared_.size() < item_count * blocks) squared_.resize(item_count * blocks);
+  if (tolerances_.size() < item_count) tolerances_.resize(item_count);
   const auto fetch = [&](std::uint32_t item) {
     __builtin_prefetch(&cells_.shape(item));
     __builtin_prefetch(&tree_.corner(tree_.items()[item], 0));
@@ -125,7 +126,8 @@ NearBatch::Measured NearBatch::Measure(const Candidates& candidates, float from_
       if (used + kItemsAhead < item_count) __builtin_prefetch(&tree_.items()[items[used + kItemsAhead]]);
       if (used + kShapesAhead < item_count) fetch(items[used + kShapesAhead]);
       const Eigen::Vector3f a = (tree_.corner(tree_.items()[items[used]], 0) - candidates.centre).cast<float>();
-      measured.tolerance = std::max(measured.tolerance, ToleranceOf(shape, a, candidates.width_mm));
+      tolerances_[used] = ToleranceOf(shape, a, candidates.width_mm);
+      measured.tolerance = std::max(measured.tolerance, tolerances_[used]);
       measure(shape, a.x(), a.y(), a.z(), used, width_, &lanes, &squared_[used * blocks]);
     }
   }
@@ -141,14 +143,21 @@ void NearBatch::FindAmong(const Candidates& candidates, const Eigen::Vector3d* q
   for (std::uint32_t i = 0; i < count; ++i) {
     nearest[i] = {};
     nearest[i].distance_squared = limit_squared;
-    const float within = std::sqrt(lanes_->least[i]) + 2 * tolerance, within_squared = within * within * (1 + 1e-6f);
-    if (used > 0 && lanes_->second[i] > within_squared) {
+    if (used == 0) continue;
+    // The nearest is no farther than this, and each no nearer than its own tolerance leaves open: a sliver's is no other's.
+    const float most = std::sqrt(lanes_->least[i]) + tolerances_[lanes_->nearest[i]];
+    const auto may_be_within = [most](float squared, float its_tolerance) {
+      const float within = most + its_tolerance;
+      return squared <= within * within * (1 + 1e-6f);
+    };
+    if (!may_be_within(lanes_->second[i], tolerance)) {
       taker.Take(i, candidates.items[lanes_->nearest[i]]);
       continue;
     }
-    for (std::uint32_t k = 0; k < used; ++k)
-      if (squared_[k * blocks + i / NearLanes::kMultiple].at[i % NearLanes::kMultiple] <= within_squared)
-        taker.Take(i, candidates.items[k]);
+    for (std::uint32_t k = 0; k < used; ++k) {
+      const float squared = squared_[k * blocks + i / NearLanes::kMultiple].at[i % NearLanes::kMultiple];
+      if (may_be_within(squared, tolerances_[k])) taker.Take(i, candidates.items[k]);
+    }
   }
   taker.Flush();
 }

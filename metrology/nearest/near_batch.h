@@ -44,6 +44,7 @@ class NearBatch {
   std::unique_ptr<PairLanes> pairs_;
   std::size_t width_ = 0;           // of the lanes in use, padded
   std::vector<LaneBlock> squared_;  // by candidate and lane
+  std::vector<float> tolerances_;   // by candidate
   std::vector<std::uint32_t> items_;
   std::vector<float> group_distance_;
 };

@@ -27,21 +27,6 @@ std::uint64_t KeyOf(const Eigen::Array3i& cell) {
          static_cast<std::uint64_t>(cell[2]);
 }
 
-Eigen::Array3i CellOf(std::uint64_t key) {
-  constexpr std::uint64_t kMask = (std::uint64_t{1} << kKeyBits) - 1;
-  return {static_cast<int>(key >> (2 * kKeyBits)), static_cast<int>(key >> kKeyBits & kMask),
-          static_cast<int>(key & kMask)};
-}
-
-// Of the block that the cell lies in, and where in it.
-std::uint64_t BlockKeyOf(const Eigen::Array3i& cell, int bits) {
-  return KeyOf({cell[0] >> bits, cell[1] >> bits, cell[2] >> bits});
-}
-std::size_t InBlock(const Eigen::Array3i& cell, int bits) {
-  const int mask = (1 << bits) - 1;
-  return static_cast<std::size_t>((cell[0] & mask) << (2 * bits) | (cell[1] & mask) << bits | (cell[2] & mask));
-}
-
 void SortUnique(std::vector<std::uint64_t>* keys) {
   std::sort(keys->begin(), keys->end());
   keys->erase(std::unique(keys->begin(), keys->end()), keys->end());
@@ -159,33 +144,23 @@ void NearCells::ListEach(const std::vector<std::uint64_t>& touched, int thread_c
 }
 
 void NearCells::MakeTable(const std::vector<std::uint64_t>& keys) {
-  std::vector<std::uint64_t> blocks;
-  blocks.reserve(keys.size());
-  centres_mm_.reserve(keys.size());
-  for (const std::uint64_t key : keys) {
-    blocks.push_back(BlockKeyOf(CellOf(key), kBlockBits));
-    centres_mm_.push_back(CentreOf(key));
-  }
-  SortUnique(&blocks);
-  Block empty;
-  empty.fill(kNoCell);
-  blocks_.assign(blocks.size(), empty);
   std::size_t slots = 16;
-  while (slots < 2 * blocks.size()) slots *= 2;
+  while (slots < 2 * keys.size()) slots *= 2;
   slots_.assign(slots, {});
-  for (std::uint32_t block = 0; block < blocks.size(); ++block) {
-    std::size_t slot = HashOf(blocks[block]) & (slots - 1);
-    while (slots_[slot].key != 0) slot = (slot + 1) & (slots - 1);
-    slots_[slot] = {blocks[block] + 1, block};
-  }
+  centres_mm_.reserve(keys.size());
   for (std::uint32_t cell = 0; cell < keys.size(); ++cell) {
-    const Eigen::Array3i at = CellOf(keys[cell]);
-    blocks_[BlockOf(BlockKeyOf(at, kBlockBits))][InBlock(at, kBlockBits)] = cell;
+    std::size_t slot = HashOf(keys[cell]) & (slots - 1);
+    while (slots_[slot].key != 0) slot = (slot + 1) & (slots - 1);
+    slots_[slot] = {keys[cell] + 1, cell};
+    centres_mm_.push_back(CentreOf(keys[cell]));
   }
 }
 
 Eigen::Vector3d NearCells::CentreOf(std::uint64_t key) const {
-  return low_mm_ + cell_mm_ * (CellOf(key).cast<double>() + 0.5).matrix();
+  constexpr std::uint64_t kMask = (std::uint64_t{1} << kKeyBits) - 1;
+  const Eigen::Vector3d cell(static_cast<double>(key >> (2 * kKeyBits)), static_cast<double>(key >> kKeyBits & kMask),
+                             static_cast<double>(key & kMask));
+  return low_mm_ + cell_mm_ * (cell.array() + 0.5).matrix();
 }
 
 // By halves: what a long triangle's box holds is more than memory does.
@@ -210,35 +185,34 @@ void NearCells::Touch(const IndexedTriangle& item, const Eigen::Array3i& first, 
 }
 
 void NearCells::CellsAt(const Eigen::Vector3d* points_mm, std::size_t count, std::uint32_t* cells) const {
-  // The tables' lines are on their way before they are read.
+  // The table's lines are on their way before they are read.
   std::array<std::uint64_t, kTogether> keys;
-  std::array<std::uint32_t, kTogether> blocks;
-  std::array<std::size_t, kTogether> in_block;
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Array3d at = ((points_mm[i] - low_mm_) * per_cell_).array();
     const bool inside = (at >= 0).all() && (at < kGreatestCellsAcross).all();
-    const Eigen::Array3i cell = inside ? Eigen::Array3i(at.cast<int>()) : Eigen::Array3i::Zero();
-    keys[i] = inside ? BlockKeyOf(cell, kBlockBits) : kNoKey;
-    in_block[i] = InBlock(cell, kBlockBits);
+    keys[i] = inside ? KeyOf(at.cast<int>()) : kNoKey;
     __builtin_prefetch(&slots_[HashOf(keys[i]) & (slots_.size() - 1)]);
   }
+  // A scan's neighbours often share a cell, and where it sees two walls the one before the last does.
   for (std::size_t i = 0; i < count; ++i) {
-    blocks[i] = i > 0 && keys[i] == keys[i - 1] ? blocks[i - 1] : BlockOf(keys[i]);
-    if (blocks[i] != kNoBlock) __builtin_prefetch(&blocks_[blocks[i]][in_block[i]]);
+    if (i > 0 && keys[i] == keys[i - 1])
+      cells[i] = cells[i - 1];
+    else if (i > 1 && keys[i] == keys[i - 2])
+      cells[i] = cells[i - 2];
+    else
+      cells[i] = Find(keys[i]);
   }
-  for (std::size_t i = 0; i < count; ++i) cells[i] = blocks[i] == kNoBlock ? kNoCell : blocks_[blocks[i]][in_block[i]];
 }
 
-std::uint32_t NearCells::BlockOf(std::uint64_t key) const {
+std::uint32_t NearCells::Find(std::uint64_t key) const {
   const std::size_t last = slots_.size() - 1;
   for (std::size_t slot = HashOf(key) & last; slots_[slot].key != 0; slot = (slot + 1) & last)
-    if (slots_[slot].key == key + 1) return slots_[slot].block;
-  return kNoBlock;
+    if (slots_[slot].key == key + 1) return slots_[slot].cell;
+  return kNoCell;
 }
 
 std::size_t NearCells::memory_bytes() const {
   return shapes_.capacity() * sizeof(TriangleShape) + slots_.capacity() * sizeof(Slot) +
-         blocks_.capacity() * sizeof(Block) +
          sizeof(std::uint32_t) * (first_.capacity() + items_.capacity() + group_distance_.capacity()) +
          centres_mm_.capacity() * sizeof(Eigen::Vector3d);
 }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -47,24 +46,19 @@ class NearCells {
   // cell's diagonal.
   void Touch(const IndexedTriangle& item, const Eigen::Array3i& first, const Eigen::Array3i& last,
              std::vector<std::uint64_t>* touched) const;
-  // Of the block of that key, kNoBlock where no cell of it is listed.
-  std::uint32_t BlockOf(std::uint64_t key) const;
+  std::uint32_t Find(std::uint64_t key) const;
 
   const TriangleTree& tree_;
   double covered_mm_;
   double cell_mm_ = 0, per_cell_ = 0;
   Eigen::Vector3d low_mm_;
   std::vector<TriangleShape> shapes_;  // of the tree's items
-  // Cells in blocks, which a scan's next point most often shares; blocks in a hash table, open addressing.
-  static constexpr int kBlockBits = 2;  // of each coordinate
-  static constexpr std::uint32_t kNoBlock = 0xffffffff;
-  using Block = std::array<std::uint32_t, std::size_t{1} << (3 * kBlockBits)>;
+  // Hash table, open addressing.
   struct Slot {
     std::uint64_t key = 0;  // and 1; 0: free
-    std::uint32_t block = kNoBlock;
+    std::uint32_t cell = kNoCell;
   };
   std::vector<Slot> slots_;
-  std::vector<Block> blocks_;
   // By cell: its items, about its centre.
   std::vector<std::uint32_t> first_;  // group
   std::vector<std::uint32_t> items_;

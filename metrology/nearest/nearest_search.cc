@@ -46,8 +46,11 @@ NearestSearch::Many::Many(const NearestSearch& search, std::uint32_t count, Poin
 
 class NearestSearch::Many::Visitor {
  public:
-  explicit Visitor(const Many& many) : many_(many) {
-    if (many.near_ != nullptr) batch_.emplace(many.tree_, *many.near_);
+  Visitor(const Many& many, std::size_t from) : many_(many) {
+    if (many.near_ == nullptr) return;
+    batch_.emplace(many.tree_, *many.near_);
+    const std::vector<std::uint32_t>& first = many.order_.first;
+    cell_ = static_cast<std::uint32_t>(std::upper_bound(first.begin(), first.end(), from) - first.begin()) - 1;
   }
 
   // How many of the points that follow at `at` are looked up together: they lie in one cell, or in one place.
@@ -55,10 +58,8 @@ class NearestSearch::Many::Visitor {
     static_assert(kMostFound == NearBatch::kMostPoints);
     most = std::min(most, kMostFound);
     if (at < many_.order_.in_cells_count) {
-      const std::uint32_t* cells = &many_.order_.cells[at];
-      const std::uint32_t* end = cells + std::min(most, many_.order_.in_cells_count - at);
-      return static_cast<std::size_t>(std::find_if(cells + 1, end, [&](std::uint32_t cell) { return cell != *cells; }) -
-                                      cells);
+      while (many_.order_.first[cell_ + 1] <= at) ++cell_;
+      return std::min<std::size_t>(most, many_.order_.first[cell_ + 1] - at);
     }
     if (!many_.FarMatter()) return most;
     const std::uint64_t place = PlaceOf(points[0]);
@@ -71,7 +72,7 @@ class NearestSearch::Many::Visitor {
     if (many_.limit_mm_ >= 0) {
       const double limit_squared = many_.limit_mm_ * many_.limit_mm_;
       if (at < many_.order_.in_cells_count)
-        batch_->Find(many_.order_.cells[at], points, count, limit_squared, nearest);
+        batch_->Find(cell_, points, count, limit_squared, nearest);
       else if (many_.FarMatter() && IsSomewhere(points[0]))
         FindFar(points, count, limit_squared, nearest);
     }
@@ -86,11 +87,11 @@ class NearestSearch::Many::Visitor {
 
   const Many& many_;
   std::optional<NearBatch> batch_;
-  std::uint32_t hint_ = NearestTriangle::kNone;
+  std::uint32_t cell_ = 0, hint_ = NearestTriangle::kNone;
 };
 
 void NearestSearch::Many::Visit(std::size_t from, std::size_t to, const std::function<void(const Found&)>& take) const {
-  Visitor visitor(*this);
+  Visitor visitor(*this, from);
   std::array<Vector3d, kFetchedAtOnce> points;
   std::array<NearestTriangle, kMostFound> nearest;
   for (std::size_t fetched = from; fetched < to; fetched += kFetchedAtOnce) {

@@ -12,57 +12,41 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kDigitBits = 11;  // of a cell's number
-constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
-
-struct PointInCell {
-  std::uint32_t cell, point;
-};
-
-// Counting sort by one digit: each part counts its own, and puts them where the parts before it end. Those of one digit stay as they were.
-void SortByDigit(const std::vector<PointInCell>& given, int shift, int thread_count, std::vector<PointInCell>* sorted) {
-  const auto digit_of = [shift](const PointInCell& at) { return at.cell >> shift & (kDigits - 1); };
-  std::vector<std::array<std::uint32_t, kDigits>> counts(PartCount(thread_count));
-  InParts(given.size(), thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
-    for (std::size_t i = begin; i < end; ++i) ++counts[part][digit_of(given[i])];
-  });
-  std::uint32_t sum = 0;
-  for (std::size_t digit = 0; digit < kDigits; ++digit)
-    for (auto& of_part : counts) sum += std::exchange(of_part[digit], sum);
-  InParts(given.size(), thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
-    for (std::size_t i = begin; i < end; ++i) (*sorted)[counts[part][digit_of(given[i])]++] = given[i];
-  });
-}
-
+// Counting sort: each part counts its points of each cell, and puts them where the parts before it end.
 void PutInCells(const NearCells& cells, const PointsAt& points_at, std::uint32_t count, int thread_count,
                 PointOrder* order) {
-  const auto cell_count = static_cast<std::uint32_t>(cells.cell_count());  // and the number of no cell
-  std::vector<PointInCell> placed(count), sorted(count);
-  InParts(count, thread_count, [&](std::size_t begin, std::size_t end, std::size_t) {
+  const auto cell_count = static_cast<std::uint32_t>(cells.cell_count());
+  std::vector<std::uint32_t> cell_of(count);
+  std::vector<std::vector<std::uint32_t>> counts(PartCount(thread_count));
+  InParts(count, thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
+    std::vector<std::uint32_t>& here = counts[part];
+    here.assign(cell_count + 1, 0);
     std::array<Vector3d, NearCells::kTogether> points;
-    std::array<std::uint32_t, NearCells::kTogether> indices, found;
+    std::array<std::uint32_t, NearCells::kTogether> indices;
     for (std::size_t at = begin; at < end; at += points.size()) {
       const std::size_t together = std::min(points.size(), end - at);
       std::iota(indices.begin(), indices.end(), static_cast<std::uint32_t>(at));
       points_at(indices.data(), together, points.data());
-      cells.CellsAt(points.data(), together, found.data());
-      for (std::size_t i = 0; i < together; ++i) placed[at + i] = {std::min(found[i], cell_count), indices[i]};
+      cells.CellsAt(points.data(), together, &cell_of[at]);
+      for (std::size_t i = at; i < at + together; ++i) ++here[cell_of[i] = std::min(cell_of[i], cell_count)];
     }
   });
-  for (int shift = 0; shift < 32 && cell_count >> shift > 0; shift += kDigitBits) {
-    SortByDigit(placed, shift, thread_count, &sorted);
-    placed.swap(sorted);
+  order->first.resize(cell_count + 2);
+  std::uint32_t sum = 0;
+  for (std::uint32_t cell = 0; cell <= cell_count; ++cell) {
+    order->first[cell] = sum;
+    for (std::vector<std::uint32_t>& of_part : counts) {
+      const std::uint32_t here = of_part[cell];
+      of_part[cell] = sum;
+      sum += here;
+    }
   }
+  order->first[cell_count + 1] = sum;
+  order->in_cells_count = order->first[cell_count];
   order->order.resize(count);
-  order->cells.resize(count);
-  InParts(count, thread_count, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i) {
-      order->order[i] = placed[i].point;
-      order->cells[i] = placed[i].cell;
-    }
+  InParts(count, thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
+    for (std::size_t i = begin; i < end; ++i) order->order[counts[part][cell_of[i]]++] = static_cast<std::uint32_t>(i);
   });
-  const auto in_cells_end = std::lower_bound(order->cells.begin(), order->cells.end(), cell_count);
-  order->in_cells_count = static_cast<std::size_t>(in_cells_end - order->cells.begin());
 }
 
 // Those without a cell, by place, then by index.

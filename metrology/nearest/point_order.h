@@ -17,7 +17,8 @@ inline constexpr std::size_t kFetchedAtOnce = 1024;  // points that are asked fo
 
 struct PointOrder {
   std::vector<std::uint32_t> order;  // of the points: by cell, those without a cell last
-  std::vector<std::uint32_t> cells;  // of each in the order; none where there are no cells
+  std::vector<std::uint32_t>
+      first;  // in `order`, by cell; cell_count() + 1, then order.size(). None where there are no cells
   std::size_t in_cells_count = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "metrology/mesh/cubic_patch.h"
 #include "metrology/surface/foot_lanes.h"
@@ -22,6 +23,7 @@ constexpr double kSettledMm = 2e-5;
 // it is the next one's. Farther off it stays by its triangle.
 constexpr double kCurvedMm = 0.1, kOvershoot = 0.05, kFarOvershoot = 0.25, kFarthestOvershoot = 4;
 constexpr int kMostCrossings = 16;
+constexpr std::size_t kKeptPatches = 64;
 
 Vector3d VectorOf(const LaneRow (&rows)[3], std::size_t lane) {
   return {rows[0].at[lane], rows[1].at[lane], rows[2].at[lane]};
@@ -39,21 +41,20 @@ std::optional<CubicPatch> CurvedSurface::PatchOver(std::uint32_t triangle) const
 // Those of the triangles that feet stood over last: neighbours share them.
 class CurvedSurface::Patches {
  public:
-  explicit Patches(const CurvedSurface& surface) : surface_(surface) { triangles_.fill(NearestTriangle::kNone); }
+  Patches(const CurvedSurface& surface, std::size_t kept) : surface_(surface), kept_(kept) {}
   const std::optional<CubicPatch>& Over(std::uint32_t triangle) {
-    const std::size_t at = triangle % kKept;
-    if (triangles_[at] != triangle) {
-      triangles_[at] = triangle;
-      patches_[at] = surface_.PatchOver(triangle);
-    }
-    return patches_[at];
+    Kept& kept = kept_[triangle % kept_.size()];
+    if (kept.triangle != triangle) kept = {triangle, surface_.PatchOver(triangle)};
+    return kept.patch;
   }
 
  private:
-  static constexpr std::size_t kKept = 64;
+  struct Kept {
+    std::uint32_t triangle = NearestTriangle::kNone;
+    std::optional<CubicPatch> patch;
+  };
   const CurvedSurface& surface_;
-  std::array<std::uint32_t, kKept> triangles_;
-  std::array<std::optional<CubicPatch>, kKept> patches_;
+  std::vector<Kept> kept_;
 };
 
 // Each lane slides a foot along the curved surface until its query stands on its normal: into the next triangle where the edge is
@@ -61,7 +62,7 @@ class CurvedSurface::Patches {
 // foot is found takes the next query.
 class CurvedSurface::Slide {
  public:
-  explicit Slide(const CurvedSurface& surface) : surface_(surface), patches_(surface) {}
+  Slide(const CurvedSurface& surface, std::size_t kept) : surface_(surface), patches_(surface, kept) {}
 
   void Find(const Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices, std::size_t count,
             std::optional<CurvedFoot>* feet) {
@@ -171,7 +172,15 @@ class CurvedSurface::Slide {
   FootLanes lanes_{};
 };
 
-FootFinder::FootFinder(const CurvedSurface& surface) : slide_(std::make_unique<CurvedSurface::Slide>(surface)) {}
+std::optional<CurvedFoot> CurvedSurface::FootOf(const Vector3d& query, const NearestTriangle& nearest) const {
+  std::optional<CurvedFoot> foot;
+  constexpr std::uint32_t kOnly = 0;
+  Slide(*this, 1).Find(&query, &nearest, &kOnly, 1, &foot);
+  return foot;
+}
+
+FootFinder::FootFinder(const CurvedSurface& surface)
+    : slide_(std::make_unique<CurvedSurface::Slide>(surface, kKeptPatches)) {}
 FootFinder::~FootFinder() = default;
 
 void FootFinder::Find(const Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices,

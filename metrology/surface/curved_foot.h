@@ -32,6 +32,8 @@ class CurvedSurface {
     __builtin_prefetch(&mesh_.corner_normals[triangle].back());
     seams_.Prefetch(triangle);
   }
+  // From the nearest point of the facets on; none where the triangle carries no patch. Of a curved surface.
+  std::optional<CurvedFoot> FootOf(const Eigen::Vector3d& query, const NearestTriangle& nearest) const;
 
  private:
   friend class FootFinder;
@@ -50,8 +52,8 @@ class FootFinder {
   explicit FootFinder(const CurvedSurface& surface);
   ~FootFinder();
 
-  // Of each query among the indices, from the nearest point of the facets on, where the triangle carries a patch: elsewhere
-  // `feet` stays as it is. Many at a time take a fraction of their time one by one.
+  // CurvedSurface::FootOf each query among the indices: elsewhere, and where there is none, `feet` stays as it is. Many at a time take a
+  // fraction of their time one by one.
   void Find(const Eigen::Vector3d* queries, const NearestTriangle* nearest, const std::uint32_t* indices,
             std::size_t count, std::optional<CurvedFoot>* feet);
 

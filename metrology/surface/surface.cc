@@ -175,10 +175,8 @@ SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangl
 }
 
 SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangle& nearest) const {
-  std::optional<CurvedFoot> foot;
-  FootFinder finder(curved);
-  FindFeet(&query, &nearest, 1, &finder, &foot);
-  return Resolve(query, nearest, foot);
+  const bool is_smooth = nearest.triangle != kNoTriangle && curved.IsCurved() && seams.SeamAt(nearest) == kSmooth;
+  return Resolve(query, nearest, is_smooth ? curved.FootOf(query, nearest) : std::nullopt);
 }
 
 absl::StatusOr<std::shared_ptr<const Surface>> Surface::Prepare(TriangleMesh mesh) {
