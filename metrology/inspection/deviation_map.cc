@@ -207,8 +207,7 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
       points_mm.size(), kMappedAtOnce, options_.threads, [&](std::size_t from, std::size_t to) {
         Piece::Part part;
         if (!(*keep_going)()) return part;
-        PatchKey last = 0;
-        std::uint32_t patch = SurfacePatches::kNone;
+        PatchOfNext patch(*patches_);
         batch.Visit(from, to, [&](std::uint32_t i, const SurfacePoint& found) {
           if (set_aside_.size() > 0 && set_aside_.At(in_part_mm[i]) < set_aside_.size()) {
             ++part.counts.set_aside;
@@ -217,20 +216,14 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
           } else if (found.feature != SurfaceFeature::kFace || found.edge_distance_mm < Surface::kEdgeReachMm) {
             ++part.counts.at_edges;
           } else {
-            // Points come place by place: most often it is the last one's patch.
-            const PatchKey key = patches_->KeyOf(found.point_mm, found.normal);
-            if (part.sums.empty() || key != last) {
-              last = key;
-              patch = patches_->Of(key);
-              part.sums.emplace_back(patch, Sums());
-            }
+            if (patch.Changes(found.point_mm, found.normal)) part.sums.emplace_back(patch.index(), Sums());
             ++part.counts.compared;
             piece.deviations_mm[i] = static_cast<float>(found.signed_distance_mm);
-            piece.patch_of[i] = patch;
+            piece.patch_of[i] = patch.index();
             const double d = found.signed_distance_mm;
             const Sums point{1, d, d * d, in_part_mm[i], points_mm[i], found.normal};
             part.sums.back().second.Add(point);
-            AddToPlaces(patch, found, point, &part.of_places);
+            AddToPlaces(patch.index(), found, point, &part.of_places);
           }
         });
         return part;
