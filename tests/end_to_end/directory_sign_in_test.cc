@@ -1,5 +1,7 @@
 // A person of the house signs in by its identity provider: the whole dance of browser (curl and its jar), gateway, provider and plant, and
 // whatever may go wrong in it.
+#include <absl/strings/match.h>
+
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -13,6 +15,7 @@ namespace sixpoint::testing {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 using ::testing::Not;
@@ -42,16 +45,12 @@ class DirectorySignIn : public Door {
     provider_ = popen(
         (plant::ProviderTokens::Source("tests/end_to_end/fake_identity_provider") + " " + folder_.string()).c_str(),
         "we");  // closed in what the plant starts, or it would stay open
-    for (const auto end = Within(60); !fs::exists(folder_ / "port") && std::chrono::system_clock::now() < end;)
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    ASSERT_TRUE(fs::exists(folder_ / "port"));
+    ASSERT_TRUE(Becomes(60s, [&] { return fs::exists(folder_ / "port"); }));
     Configure();
     plant_.Kill("plant");
     plant_.Start("plant", {"--oidc", oidc_file()});
     ASSERT_TRUE(plant_.WaitUntilUp("plant", 60));
-    for (const auto end = Within(60); Unary(plant_.credentials()).error_code() == grpc::StatusCode::UNAVAILABLE &&
-                                      std::chrono::system_clock::now() < end;)
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    ASSERT_TRUE(Becomes(60s, [&] { return IsReady(plant_.credentials()); }));
     Start();
   }
   void TearDown() override {
@@ -83,8 +82,7 @@ class DirectorySignIn : public Door {
   void Start() {
     gateway_.reset();
     gateway_ = std::make_unique<Process>(Command(), log());
-    for (const auto end = Within(60); Curl("/health/live").status != 200 && std::chrono::system_clock::now() < end;)
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    EXPECT_TRUE(Becomes(60s, [&] { return Curl("/health/live").status == 200; }));
   }
 
   // One request, of a browser that keeps its cookies in this jar.
@@ -257,7 +255,7 @@ TEST_F(DirectorySignIn, WhomTheProviderOrThePlantDoesNotTakeIsToldSo) {
               ::testing::Contains(::testing::Field(&storage::Denial::sentence, HasSubstr("nonce"))));
   EXPECT_THAT(ReadFile(log()), Not(HasSubstr("outside")));
   EXPECT_THAT(ReadFile(log()), Not(HasSubstr("<b>")));
-  EXPECT_THAT(ReadFile(log()), HasSubstr("the provider says invalid_scope"));
+  EXPECT_TRUE(Becomes(10s, [&] { return absl::StrContains(ReadFile(log()), "the provider says invalid_scope"); }));
   // A name that an account with a password has already is nobody else's.
   CreateAccount("ann", access::v1::ROLE_MES_READER);
   Mode("good");
@@ -280,9 +278,7 @@ TEST_F(DirectorySignIn, ASlowProviderHoldsNobodyElseUp) {
   Mode("slow");
   const auto begun = std::chrono::steady_clock::now();
   const auto wait_for_slow = [this](std::size_t count) {
-    for (const auto end = Within(8); AskedCount("/token slow") < count && std::chrono::system_clock::now() < end;)
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    EXPECT_EQ(AskedCount("/token slow"), count);
+    EXPECT_TRUE(Becomes(8s, [&] { return AskedCount("/token slow") == count; }));
   };
   std::vector<std::thread> others;
   std::vector<std::string> answers(8);
@@ -338,7 +334,7 @@ TEST_F(DirectorySignIn, ACodeIsForTheProviderAlone) {
     ExpectNobody(Curl(back.substr(At().size())), "/?sign_in=provider");
   }
   EXPECT_EQ(AskedCount("/token given"), 0u);
-  EXPECT_THAT(ReadFile(log()), HasSubstr("token_url: SSL peer certificate"));
+  EXPECT_TRUE(Becomes(10s, [&] { return absl::StrContains(ReadFile(log()), "token_url: SSL peer certificate"); }));
 }
 
 // What the gateway is told, and what it does not start with.

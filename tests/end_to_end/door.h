@@ -18,6 +18,7 @@
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "storage/denials.h"
 #include "tests/end_to_end/plant_processes.h"
+#include "tests/support/becomes.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::testing {
@@ -32,9 +33,7 @@ class Door : public ::testing::Test {
     for (const std::string& area : PlantProcesses::Areas())
       ASSERT_TRUE(plant_.WaitUntilUp(area, 30)) << area << "\n" << plant_.Logs();
     // Ready, which is more than up.
-    for (const auto end = Within(30); Unary(plant_.credentials()).error_code() == grpc::StatusCode::UNAVAILABLE &&
-                                      std::chrono::system_clock::now() < end;)
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    ASSERT_TRUE(Becomes(std::chrono::seconds(30), [&] { return IsReady(plant_.credentials()); }));
   }
   void TearDown() override {
     if (HasFailure()) std::printf("%s\n", plant_.Logs().c_str());
@@ -53,6 +52,9 @@ class Door : public ::testing::Test {
   // GetMachine of a machine that is not there: NOT_FOUND for whoever is let in.
   grpc::Status Unary(const std::shared_ptr<grpc::ChannelCredentials>& credentials) const {
     return GetMachine(ChannelTo("plant", credentials));
+  }
+  bool IsReady(const std::shared_ptr<grpc::ChannelCredentials>& credentials) const {
+    return Unary(credentials).error_code() != grpc::StatusCode::UNAVAILABLE;
   }
   static grpc::Status GetMachine(const std::shared_ptr<grpc::Channel>& channel,
                                  const std::string& name = "machines/m1") {

@@ -273,9 +273,8 @@ TEST_F(Door, ASwappedCertificateChangesNobodyOnALiveConnection) {
   fs::copy_file(other / identity::kIdentityFile, folder / identity::kIdentityFile,
                 fs::copy_options::overwrite_existing);
   // Looked for once a second.
-  for (const auto end = Within(20); ReasonOf(GetMachine(ChannelTo("plant", credentials))) != "MACHINE_DIFFERS" &&
-                                    std::chrono::system_clock::now() < end;)
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  EXPECT_TRUE(Becomes(std::chrono::seconds(20),
+                      [&] { return ReasonOf(GetMachine(ChannelTo("plant", credentials))) == "MACHINE_DIFFERS"; }));
   EXPECT_EQ(GetMachine(live).error_code(), grpc::StatusCode::NOT_FOUND);
   EXPECT_EQ(ReasonOf(GetMachine(live, "machines/m2")), "MACHINE_DIFFERS");
   const auto renewed = ChannelTo("plant", credentials);

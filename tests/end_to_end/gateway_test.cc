@@ -1,6 +1,7 @@
 // The gateway on the real processes, by curl as anybody has it: sign-in, calls by the Connect protocol, streams, what is refused, and
 // what happens when a service or the gateway itself goes away.
 #include <absl/strings/escaping.h>
+#include <absl/strings/match.h>
 #include <google/protobuf/util/json_util.h>
 
 #include <cstdio>
@@ -21,6 +22,7 @@
 namespace sixpoint::testing {
 namespace {
 
+using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -51,8 +53,7 @@ class Gateway : public Door {
   }
   void Start() {
     gateway_ = std::make_unique<Process>(GatewayCommand(port_, web_), log());
-    for (const auto end = Within(20); Curl("/health/live").status != 200 && std::chrono::system_clock::now() < end;)
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    EXPECT_TRUE(Becomes(20s, [&] { return Curl("/health/live").status == 200; }));
   }
   std::string log() const { return plant_.folder() + "/gateway.log"; }
   void TearDown() override {
@@ -136,9 +137,7 @@ TEST_F(Gateway, PeopleSignInAndCallByTheirSession) {
             "SESSION_NOT_VALID");
 
   EXPECT_EQ(Curl("/session", "-X DELETE " + jane).status, 200);
-  for (const auto end = Within(20);
-       Call("PlantService/ListMachines", "{}", jane).status == 200 && std::chrono::system_clock::now() < end;)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_TRUE(Becomes(20s, [&] { return Call("PlantService/ListMachines", "{}", jane).status != 200; }));
   EXPECT_EQ(ReasonOf(Call("PlantService/ListMachines", "{}", jane)), "SESSION_ENDED");
 }
 
@@ -152,11 +151,11 @@ TEST_F(Gateway, AnswersAreTheServicesOwn) {
   EXPECT_NE(listed.Header("Trailer-sixpoint-version"), "");
   EXPECT_THAT(listed.Header("Content-Security-Policy"), HasSubstr("default-src 'none'"));
   // The trace goes through both processes' logs.
-  for (const auto end = Within(10); plant_.Logs().find("0af7651916cd43dd8448eb211c80319c") == std::string::npos &&
-                                    std::chrono::system_clock::now() < end;)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  EXPECT_THAT(plant_.Logs(), HasSubstr("0af7651916cd43dd8448eb211c80319c"));
-  EXPECT_THAT(ReadFile(log()), HasSubstr("0af7651916cd43dd8448eb211c80319c"));
+  const auto has_trace = [](const std::string& logs) {
+    return absl::StrContains(logs, "0af7651916cd43dd8448eb211c80319c");
+  };
+  EXPECT_TRUE(Becomes(10s, [&] { return has_trace(plant_.Logs()); }));
+  EXPECT_TRUE(Becomes(10s, [&] { return has_trace(ReadFile(log())); }));
 
   const std::string get = "/sixpoint.plant.v1.PlantService/ListMachines?connect=v1&encoding=json&message=%7B%7D";
   const Answer got = Curl(get, jane);
@@ -316,20 +315,15 @@ TEST_F(Gateway, AReleasedProgramIsFetchedByGet) {
 TEST_F(Gateway, WhatGoesAwayIsSaidAndComesBack) {
   const std::string jane = SignIn("jane");
   plant_.Kill("correction");
-  const Answer away =
-      Curl("/sixpoint.correction.v1.CorrectionService/ListCorrections", std::string(kJson) + " --data '{}' " + jane);
+  const auto list_corrections = [&] {
+    return Curl("/sixpoint.correction.v1.CorrectionService/ListCorrections",
+                std::string(kJson) + " --data '{}' " + jane);
+  };
+  const Answer away = list_corrections();
   EXPECT_EQ(away.status, 503) << away.body;
   EXPECT_EQ(Call("PlantService/ListMachines", "{}", jane).status, 200);
   plant_.Start("correction");
-  for (const auto end = Within(30);
-       Curl("/sixpoint.correction.v1.CorrectionService/ListCorrections", std::string(kJson) + " --data '{}' " + jane)
-               .status != 200 &&
-       std::chrono::system_clock::now() < end;)
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  EXPECT_EQ(
-      Curl("/sixpoint.correction.v1.CorrectionService/ListCorrections", std::string(kJson) + " --data '{}' " + jane)
-          .status,
-      200);
+  EXPECT_TRUE(Becomes(30s, [&] { return list_corrections().status == 200; }));
   // A session outlives the gateway.
   gateway_->Kill();
   Start();
@@ -417,8 +411,7 @@ TEST_F(PlainHttp, AMachinePutsItsScanAndGoesOnWhereItBrokeOff) {
   EXPECT_EQ(PutBlock(1, m1).status, 503);
   plant_.Start("ingest");
   Answer again;
-  for (const auto end = Within(30); again.status != 200 && std::chrono::system_clock::now() < end;)
-    again = PutHeader(m1);
+  EXPECT_TRUE(Becomes(30s, [&] { return (again = PutHeader(m1)).status == 200; }));
   EXPECT_EQ(again.json()["nextBlock"], 1) << again.body;
   EXPECT_EQ(PutBlock(1, m1).json()["nextBlock"], 2);
   EXPECT_EQ(PutEnd(m1).status, 400);  // a block is missing

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
-#include <thread>
 
 #include "tests/end_to_end/plant_on_this_machine.h"
 #include "tests/end_to_end/plant_processes.h"
+#include "tests/support/becomes.h"
 #include "tests/support/https_get.h"
 
 namespace sixpoint::testing {
@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using std::chrono::steady_clock;
+using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
 // Of the five services and the plant's own, and with the gateway, which has no database to be ready with.
@@ -105,14 +105,6 @@ class ObservedPlantTest : public PlantOnThisMachine {
     return rules.find("\"health\":\"ok\"") != std::string::npos &&
            rules.find("\"health\":\"unknown\"") == std::string::npos;
   }
-  template <typename Condition>
-  static bool Within(int seconds, Condition condition) {
-    for (const auto end = steady_clock::now() + std::chrono::seconds(seconds); steady_clock::now() < end;) {
-      if (condition()) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    }
-    return condition();
-  }
 };
 
 TEST_F(ObservedPlantTest, EveryDashboardAndAlertFindsSomethingToShow) {
@@ -134,8 +126,8 @@ TEST_F(ObservedPlantTest, EveryDashboardAndAlertFindsSomethingToShow) {
                 "--seed", "1", "--airfoil-pitch-mm", "0.4", "--pins-pitch-mm", "0.15", "--report", report},
                output);
   ASSERT_EQ(demo.Wait(240), 0) << ReadFile(output);
-  EXPECT_TRUE(Within(60, [&] { return TargetsUp() == kTargetCount; })) << Ask("targets").dump(1) << ReadFile(log);
-  EXPECT_TRUE(Within(60, [&] { return RulesAreEvaluated(); }));
+  EXPECT_TRUE(Becomes(60s, [&] { return TargetsUp() == kTargetCount; })) << Ask("targets").dump(1) << ReadFile(log);
+  EXPECT_TRUE(Becomes(60s, [&] { return RulesAreEvaluated(); }));
 
   const auto value = [&](const std::string& expression) {
     const json data = Ask("query?query=" + Encoded(expression));
@@ -159,12 +151,12 @@ TEST_F(ObservedPlantTest, EveryDashboardAndAlertFindsSomethingToShow) {
            {"sixpoint_record_head_sequence", "SELECT max(record_sequence) FROM record_names"}}) {
     const double wanted = std::stod("0" + Sql(sql));
     EXPECT_GT(wanted, 0) << sql;
-    EXPECT_TRUE(Within(60, [&] { return value(metric) == wanted; }))
+    EXPECT_TRUE(Becomes(60s, [&] { return value(metric) == wanted; }))
         << metric << ": " << value(metric) << ", want " << wanted;
   }
   EXPECT_EQ(value("sixpoint_record_months_ahead"), 3);
   EXPECT_GE(value("sixpoint_blob_bytes{store='postgresql'}"), 1e5);
-  EXPECT_TRUE(Within(60, [&] { return value("count(sixpoint_calibration_age_seconds)") >= 2; }));
+  EXPECT_TRUE(Becomes(60s, [&] { return value("count(sixpoint_calibration_age_seconds)") >= 2; }));
   EXPECT_EQ(value("sum(sixpoint_ready)"), kServiceCount);
   EXPECT_EQ(value("sum(sixpoint_denials_total)"), 0);
 
@@ -174,7 +166,7 @@ TEST_F(ObservedPlantTest, EveryDashboardAndAlertFindsSomethingToShow) {
   queries.insert(queries.end(), alerts.begin(), alerts.end());
   // A rate has something to say once there are two scrapes.
   std::string missing;
-  EXPECT_TRUE(Within(60, [&] {
+  EXPECT_TRUE(Becomes(60s, [&] {
     missing.clear();
     for (const Query& query : queries)
       if (SeriesOf(query.expression) == 0) missing += query.where + ": " + query.expression + "\n";

@@ -73,9 +73,8 @@ class SignIn : public Door {
     plant_.Kill("plant");
     plant_.Start("plant", flags);
     EXPECT_TRUE(plant_.WaitUntilUp("plant", 30));
-    for (const auto end = Within(30);
-         Look("").error_code() == grpc::StatusCode::UNAVAILABLE && std::chrono::system_clock::now() < end;)
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    EXPECT_TRUE(
+        Becomes(std::chrono::seconds(30), [&] { return Look("").error_code() != grpc::StatusCode::UNAVAILABLE; }));
   }
   // Every service knows it within two seconds; a busy machine is given more.
   std::string ReasonOnceRefused(const std::string& session, const std::shared_ptr<grpc::Channel>& channel = nullptr) {

@@ -12,6 +12,7 @@
 #include "services/plant/webhook_service.h"
 #include "services/runtime/errors.h"
 #include "tests/services/plant/http_receiver.h"
+#include "tests/support/becomes.h"
 #include "tests/support/call.h"
 #include "tests/support/customers_parts.h"
 #include "tests/support/in_process_server.h"
@@ -22,18 +23,13 @@ namespace sixpoint::plant {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::Becomes;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::HttpReceiver;
 using ::testing::IsEmpty;
 using ::testing::Not;
-
-bool Within(std::chrono::milliseconds patience, const std::function<bool()>& is_so) {
-  const auto end = std::chrono::steady_clock::now() + patience;
-  while (!is_so() && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(10ms);
-  return is_so();
-}
 
 // RFC 4231, test case 2.
 TEST(MessageCode, IsHmacSha256) {
@@ -167,16 +163,16 @@ TEST_F(WebhookTest, SendsWhatWasAndWhatComesInOrderSignedAndGoesOnAfterARestart)
   HttpReceiver receiver;
   const auto made = Create(To(receiver.url()));
   ASSERT_TRUE(made.ok()) << made.status();
-  ASSERT_TRUE(Within(10s, [&] { return Taken(receiver).size() >= 150; }));
+  ASSERT_TRUE(Becomes(10s, [&] { return Taken(receiver).size() >= 150; }));
   Record("p150");
-  ASSERT_TRUE(Within(10s, [&] { return Taken(receiver).size() >= 151; }));
-  ASSERT_TRUE(Within(10s, [&] { return Get().lag_count() == 0; }));
+  ASSERT_TRUE(Becomes(10s, [&] { return Taken(receiver).size() >= 151; }));
+  ASSERT_TRUE(Becomes(10s, [&] { return Get().lag_count() == 0; }));
   EXPECT_EQ(Get().delivered_sequence(), 151);
   server_.reset();
   service_.reset();
   Record("p151");
   Serve();
-  ASSERT_TRUE(Within(10s, [&] { return Taken(receiver).size() >= 152; }));
+  ASSERT_TRUE(Becomes(10s, [&] { return Taken(receiver).size() >= 152; }));
   std::vector<std::string> expected;
   for (int i = 0; i < 152; ++i) expected.push_back("policies/p" + std::to_string(i));
   EXPECT_EQ(Taken(receiver), expected);
@@ -199,8 +195,8 @@ TEST_F(WebhookTest, WhatIsNotTakenIsSentAgainAndOneThatFailsHoldsUpNoOther) {
   ASSERT_TRUE(Create(To(sound.url(), "sound")).ok());
   Record("a");
   Record("b");
-  ASSERT_TRUE(Within(10s, [&] { return Taken(sound).size() == 2; }));
-  ASSERT_TRUE(Within(10s, [&] { return failing.posted().size() >= 3; }));
+  ASSERT_TRUE(Becomes(10s, [&] { return Taken(sound).size() == 2; }));
+  ASSERT_TRUE(Becomes(10s, [&] { return failing.posted().size() >= 3; }));
   const v1::Webhook seen = Get("webhooks/failing");
   EXPECT_GE(seen.failure_count(), 1);
   EXPECT_TRUE(seen.has_failing_since());
@@ -209,9 +205,9 @@ TEST_F(WebhookTest, WhatIsNotTakenIsSentAgainAndOneThatFailsHoldsUpNoOther) {
   EXPECT_EQ(seen.lag_count(), 2);
   EXPECT_NE(Get("webhooks/dead").last_failure(), "");
   failing.Answer(200);
-  ASSERT_TRUE(Within(10s, [&] { return Taken(failing).size() == 2; }));
+  ASSERT_TRUE(Becomes(10s, [&] { return Taken(failing).size() == 2; }));
   EXPECT_THAT(Taken(failing), ElementsAre("policies/a", "policies/b"));
-  ASSERT_TRUE(Within(10s, [&] { return !Get("webhooks/failing").has_failing_since(); }));
+  ASSERT_TRUE(Becomes(10s, [&] { return !Get("webhooks/failing").has_failing_since(); }));
   EXPECT_EQ(Get("webhooks/failing").failure_count(), 0);
 }
 
@@ -259,7 +255,7 @@ TEST_F(WebhookTest, SendsByTheFilterAndWhatItsMakerMaySee) {
   request.mutable_filter()->add_kinds("policy");
   ASSERT_TRUE(Create(request).ok());
   Record("last");
-  ASSERT_TRUE(Within(10s, [&] { return Taken(receiver).size() == 2; }));
+  ASSERT_TRUE(Becomes(10s, [&] { return Taken(receiver).size() == 2; }));
   EXPECT_THAT(Taken(receiver), ElementsAre(sigma.inspection, "policies/last"));
 }
 
@@ -268,8 +264,8 @@ TEST_F(WebhookTest, GoesOnFromTheRowWhereTheDatabaseWasPutBack) {
   ASSERT_TRUE(Create(To(receiver.url())).ok());
   Record("a");
   Record("b");
-  ASSERT_TRUE(Within(10s, [&] { return Taken(receiver).size() == 2; }));
-  ASSERT_TRUE(Within(10s, [&] { return Get().delivered_sequence() == 2; }));
+  ASSERT_TRUE(Becomes(10s, [&] { return Taken(receiver).size() == 2; }));
+  ASSERT_TRUE(Becomes(10s, [&] { return Get().delivered_sequence() == 2; }));
   absl::StatusOr<storage::Transaction> transaction = database_.database()->Begin(testing::Soon());
   ASSERT_TRUE(
       transaction->Execute("UPDATE webhook_deliveries SET looked_at_sequence = 1, delivered_sequence = 1").ok());
@@ -277,7 +273,7 @@ TEST_F(WebhookTest, GoesOnFromTheRowWhereTheDatabaseWasPutBack) {
   std::this_thread::sleep_for(200ms);
   EXPECT_EQ(Taken(receiver).size(), 2u) << "the row alone says nothing";
   pages_->most = 1;
-  ASSERT_TRUE(Within(10s, [&] { return Taken(receiver).size() >= 3; }));
+  ASSERT_TRUE(Becomes(10s, [&] { return Taken(receiver).size() >= 3; }));
   pages_->most = 1'000'000;
   EXPECT_EQ(Taken(receiver).at(2), "policies/b");
 }
