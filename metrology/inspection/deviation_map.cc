@@ -18,8 +18,7 @@ using Eigen::Vector3d;
 
 constexpr double kBin_mm = 1e-4;
 constexpr double kMostPatchesOfRadius = 4;
-constexpr std::size_t kAhead = 24;            // points fetched early
-constexpr std::size_t kMostHistograms = 256;  // counted by several threads, each its own: of memory
+constexpr std::size_t kMostHistograms = 256;  // of all threads together: of memory
 constexpr float kNoDeviation = std::numeric_limits<float>::quiet_NaN();
 
 }  // namespace
@@ -184,7 +183,7 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
   in_part_mm.resize(points_mm.size());
   ForEachChunk(points_mm.size(), kMappedAtOnce, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (i + kAhead < end) __builtin_prefetch(&points_mm[i + kAhead]);
+      if (i + Surface::Batch::kPointsAhead < end) __builtin_prefetch(&points_mm[i + Surface::Batch::kPointsAhead]);
       in_part_mm[i] = mapping_.PartPoint(points_mm[i], place);
     }
   });
@@ -194,7 +193,8 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
       *surface_, static_cast<std::uint32_t>(points_mm.size()),
       [&](const std::uint32_t* indices, std::size_t count, Vector3d* points) {
         for (std::size_t i = 0; i < count; ++i) {
-          if (i + kAhead < count) __builtin_prefetch(&in_part_mm[indices[i + kAhead]]);
+          if (i + Surface::Batch::kPointsAhead < count)
+            __builtin_prefetch(&in_part_mm[indices[i + Surface::Batch::kPointsAhead]]);
           points[i] = in_part_mm[indices[i]];
           // What is wanted of it when it is taken.
           __builtin_prefetch(&points_mm[indices[i]]);
@@ -207,7 +207,8 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
       points_mm.size(), kMappedAtOnce, options_.threads, [&](std::size_t from, std::size_t to) {
         Piece::Part part;
         if (!(*keep_going)()) return part;
-        PatchOfNext patch(*patches_);
+        PatchKey last = 0;
+        std::uint32_t patch = SurfacePatches::kNone;
         batch.Visit(from, to, [&](std::uint32_t i, const SurfacePoint& found) {
           if (set_aside_.size() > 0 && set_aside_.At(in_part_mm[i]) < set_aside_.size()) {
             ++part.counts.set_aside;
@@ -216,14 +217,20 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
           } else if (found.feature != SurfaceFeature::kFace || found.edge_distance_mm < Surface::kEdgeReachMm) {
             ++part.counts.at_edges;
           } else {
-            if (patch.Changes(found.point_mm, found.normal)) part.sums.emplace_back(patch.index(), Sums());
+            // Points come place by place: most often it is the last one's patch.
+            const PatchKey key = patches_->KeyOf(found.point_mm, found.normal);
+            if (part.sums.empty() || key != last) {
+              last = key;
+              patch = patches_->Of(key);
+              part.sums.emplace_back(patch, Sums());
+            }
             ++part.counts.compared;
             piece.deviations_mm[i] = static_cast<float>(found.signed_distance_mm);
-            piece.patch_of[i] = patch.index();
+            piece.patch_of[i] = patch;
             const double d = found.signed_distance_mm;
             const Sums point{1, d, d * d, in_part_mm[i], points_mm[i], found.normal};
             part.sums.back().second.Add(point);
-            AddToPlaces(patch.index(), found, point, &part.of_places);
+            AddToPlaces(patch, found, point, &part.of_places);
           }
         });
         return part;

@@ -115,7 +115,7 @@ class DeviationMap {
   void Take(const Piece& piece);
   DeviationStatistics StatisticsOf(const DeviationField& field, const std::vector<std::uint32_t>* patches,
                                    const Histogram& histogram) const;
-  std::size_t HistogramParts() const;
+  std::size_t HistogramParts() const;  // whose points are counted beside each other
   // Patches, then places.
   std::size_t MeanCount() const;
   void PutPlaces();
@@ -134,7 +134,7 @@ class DeviationMap {
   std::vector<ScanPlace> scans_;
   std::vector<std::vector<std::uint32_t>> places_of_;  // of each patch, those that reach into it
   std::vector<std::vector<Sums>> sums_;                // [scan][mean]
-  std::vector<std::vector<Histogram>> histograms_;     // of each part of the points: of the whole, then of each region
+  std::vector<std::vector<Histogram>> histograms_;     // [part]: of the whole, then of each region
   PointCounts counts_;
 };
 

@@ -46,12 +46,6 @@ class SurfacePatches {
   PatchKey KeyOf(const Eigen::Vector3d& on_surface_mm, const Eigen::Vector3d& normal) const {
     return PatchKeyOf(on_surface_mm - centroid_mm_, normal, patch_mm_);
   }
-  // The cube of space of that key.
-  Eigen::AlignedBox3d CubeOf(PatchKey key) const {
-    const Eigen::Vector3d centre_mm = centroid_mm_ + PatchCentre(key, patch_mm_);
-    const Eigen::Vector3d half_mm = Eigen::Vector3d::Constant(0.5 * patch_mm_);
-    return {centre_mm - half_mm, centre_mm + half_mm};
-  }
   // The patch of that key; kNone: no sample of the surface fell there.
   std::uint32_t Of(PatchKey key) const;
   // Those whose middle and normal lie in the region, growing.
@@ -63,34 +57,6 @@ class SurfacePatches {
   Eigen::Vector3d centroid_mm_ = Eigen::Vector3d::Zero();
   std::vector<SurfacePatch> patches_;
   std::unordered_map<PatchKey, std::uint32_t> index_;
-};
-
-// Patches of points that come place by place: most often the next one's is the last one's, which well inside of its cube is known without
-// a division.
-class PatchOfNext {
- public:
-  explicit PatchOfNext(const SurfacePatches& patches) : patches_(patches) {}
-  // Whether the next point lies on another patch than the last one, or is the first.
-  bool Changes(const Eigen::Vector3d& on_surface_mm, const Eigen::Vector3d& normal) {
-    if (inside_mm_.contains(on_surface_mm) && SideOf(normal) == side_) return false;
-    const PatchKey key = patches_.KeyOf(on_surface_mm, normal);
-    if (key == key_) return false;
-    const Eigen::AlignedBox3d cube_mm = patches_.CubeOf(key);
-    const Eigen::Vector3d rounding_mm = Eigen::Vector3d::Constant(1e-6);
-    inside_mm_ = {cube_mm.min() + rounding_mm, cube_mm.max() - rounding_mm};
-    side_ = SideOf(normal);
-    key_ = key;
-    index_ = patches_.Of(key);
-    return true;
-  }
-  std::uint32_t index() const { return index_; }
-
- private:
-  const SurfacePatches& patches_;
-  Eigen::AlignedBox3d inside_mm_;
-  int side_ = 0;
-  std::optional<PatchKey> key_;
-  std::uint32_t index_ = SurfacePatches::kNone;
 };
 
 }  // namespace sixpoint::metrology

@@ -11,9 +11,8 @@ namespace sixpoint::metrology {
 namespace {
 
 constexpr double kRoundedUp = 1 + 1e-6, kRoundedDown = 1 - 1e-6;  // what single precision may add or take
-
-constexpr float kWellKnown = 1e-3f;   // of the distance up to which triangles are listed
-constexpr std::uint32_t kSteps = 64;  // of distance, to which candidates are put in order
+constexpr float kWellKnown = 1e-3f;                               // of the distance up to which triangles are listed
+constexpr std::uint32_t kSteps = 64;                              // of distance, to which candidates are put in order
 
 }  // namespace
 
@@ -46,11 +45,7 @@ void CandidateLister::Measure(const Eigen::Vector3d* centres_mm, std::size_t cou
                               double width_mm) {
   for (std::size_t i = 0; i < kMostCells; ++i) {
     const Eigen::Vector3f q = (centres_mm[std::min(i, count - 1)] - middle_mm).cast<float>();
-    lanes_.x[i] = q.x();
-    lanes_.y[i] = q.y();
-    lanes_.z[i] = q.z();
-    lanes_.least[i] = lanes_.second[i] = std::numeric_limits<float>::infinity();
-    lanes_.nearest[i] = 0;
+    lanes_.Set(i, q.x(), q.y(), q.z());
   }
   const MeasureTriangle measure = MeasureOf(UsedLaneWidth());
   tolerances_mm_.resize(items_.size());

@@ -15,10 +15,11 @@ namespace sixpoint::metrology {
 struct CandidateLists {
   std::vector<std::uint32_t> group_counts;  // 0: the cell has none
   std::vector<std::uint32_t> items;
-  std::vector<float> group_distance;
+  std::vector<float> group_distance;  // mm
 };
 
-// One thread's working space. What it lists depends on the cells of a call alone.
+// Frame: the tree's. One thread's working space. What it lists depends on the cells of a call and, by what single precision rounds, on the
+// lanes' width.
 class CandidateLister {
  public:
   // shapes: of the tree's items.

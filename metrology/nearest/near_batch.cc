@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace sixpoint::metrology {
@@ -87,16 +86,10 @@ float NearBatch::LayOut(const Candidates& candidates, const Eigen::Vector3d* que
   float from_centre = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3f q = (queries[i] - candidates.centre).cast<float>();
-    lanes.x[i] = q.x();
-    lanes.y[i] = q.y();
-    lanes.z[i] = q.z();
+    lanes.Set(i, q.x(), q.y(), q.z());
     from_centre = std::max(from_centre, q.squaredNorm());
   }
-  for (std::size_t i = count; i < width_; ++i) lanes.x[i] = lanes.y[i] = lanes.z[i] = 0;
-  for (std::size_t i = 0; i < width_; ++i) {
-    lanes.least[i] = lanes.second[i] = std::numeric_limits<float>::infinity();
-    lanes.nearest[i] = 0;
-  }
+  for (std::size_t i = count; i < width_; ++i) lanes.Set(i, 0, 0, 0);
   return std::sqrt(from_centre) * (1 + 1e-5f);
 }
 

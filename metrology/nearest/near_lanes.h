@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "metrology/parallel/lane_width.h"
 
@@ -23,6 +24,15 @@ struct NearLanes {
   alignas(64) float x[kMost], y[kMost], z[kMost];  // about some centre
   alignas(64) float least[kMost], second[kMost];   // squared distances
   alignas(64) std::uint32_t nearest[kMost];        // candidate
+
+  // A point that nothing was measured against yet.
+  void Set(std::size_t lane, float px, float py, float pz) {
+    x[lane] = px;
+    y[lane] = py;
+    z[lane] = pz;
+    least[lane] = second[lane] = std::numeric_limits<float>::infinity();
+    nearest[lane] = 0;
+  }
 };
 
 // Squared distances, as many as are measured together.

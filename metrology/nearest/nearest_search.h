@@ -27,7 +27,7 @@ class NearestSearch {
   // As TriangleTree.
   bool Meets(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm) const { return tree_.Meets(from_mm, to_mm); }
 
-  // Makes ready for very many points near the surface (once, about a second for a million triangles; near_cells.h).
+  // Makes ready for very many points near the surface (once, two seconds of two threads for a million triangles; near_cells.h).
   // Thread-safe; what throws is tried again by the next caller.
   void PrepareNear(int thread_count) const;
 

@@ -6,11 +6,8 @@
 
 namespace sixpoint::metrology {
 
-enum class LaneWidth {
-  kFour,
-  kEight,
-  kSixteen
-};  // floats: SSE2 or what the processor has at least; AVX2 with FMA; AVX-512
+// Floats: SSE2 or what the processor has at least; AVX2 with FMA; AVX-512.
+enum class LaneWidth { kFour, kEight, kSixteen };
 
 // Those that this processor has, the widest last.
 std::vector<LaneWidth> LaneWidths();

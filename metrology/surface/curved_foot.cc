@@ -147,7 +147,7 @@ class CurvedSurface::Slide {
     const LaneRow(&next)[3] = lanes_.next;
     if (!(next[0].at[lane] < low || next[1].at[lane] < low || next[2].at[lane] < low)) return;
     int edge;
-    if (!(VectorOf(next, lane).minCoeff(&edge) < low)) return;
+    VectorOf(next, lane).minCoeff(&edge);
     if (!state->is_near || state->crossings >= kMostCrossings || surface_.seams_.seam(state->triangle, edge) != kSmooth)
       return;
     const std::uint32_t beyond = surface_.seams_.beyond(state->triangle, edge);

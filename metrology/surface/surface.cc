@@ -25,7 +25,6 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kGreatestTriangleCount = 100'000'000;
 constexpr std::size_t kTurn = std::size_t{1} << 14;   // of them that a thread takes at a time
-constexpr std::size_t kAhead = 24;                    // points fetched early
 constexpr std::size_t kSlice = std::size_t{1} << 20;  // of points put in order at a time
 constexpr double kNoiseMm = 1e-6;  // nearer to an edge than this, the direction to the query is noise
 
@@ -92,7 +91,11 @@ struct Surface::Parts {
 
   // Queries are about the middle.
   double FacetDistance(const Vector3d& query, const NearestTriangle& nearest) const;
-  // Of those that lie on a smooth place of a curved surface; `found` is up to kTogether long, as they are found together.
+  // On a smooth place of a curved surface.
+  bool MayHaveFoot(const NearestTriangle& nearest) const {
+    return nearest.triangle != kNoTriangle && curved.IsCurved() && seams.SeamAt(nearest) == kSmooth;
+  }
+  // Of those that may have one; `found` is up to kTogether long, as they are found together.
   static constexpr std::size_t kTogether = NearestSearch::Many::kMostFound;
   using Feet = std::array<std::optional<CurvedFoot>, kTogether>;
   void FindFeet(const Vector3d* queries, const NearestTriangle* nearest, std::size_t count, FootFinder* finder,
@@ -136,7 +139,7 @@ void Surface::Parts::FindFeet(const Vector3d* queries, const NearestTriangle* ne
   std::array<std::uint32_t, kTogether> smooth;
   std::size_t smooth_count = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
-    if (nearest[i].triangle != kNoTriangle && seams.SeamAt(nearest[i]) == kSmooth) smooth[smooth_count++] = i;
+    if (MayHaveFoot(nearest[i])) smooth[smooth_count++] = i;
   }
   finder->Find(queries, nearest, smooth.data(), smooth_count, feet);
 }
@@ -175,8 +178,7 @@ SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangl
 }
 
 SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangle& nearest) const {
-  const bool is_smooth = nearest.triangle != kNoTriangle && curved.IsCurved() && seams.SeamAt(nearest) == kSmooth;
-  return Resolve(query, nearest, is_smooth ? curved.FootOf(query, nearest) : std::nullopt);
+  return Resolve(query, nearest, MayHaveFoot(nearest) ? curved.FootOf(query, nearest) : std::nullopt);
 }
 
 absl::StatusOr<std::shared_ptr<const Surface>> Surface::Prepare(TriangleMesh mesh) {
@@ -243,7 +245,7 @@ void Surface::SignedDistances(const Points& points_mm, double limit_mm, int thre
     const std::size_t count = std::min(kSlice, points_mm.size() - begin);
     const auto points_at = [&](const std::uint32_t* indices, std::size_t some, Vector3d* fetched) {
       for (std::size_t i = 0; i < some; ++i) {
-        if (i + kAhead < some) __builtin_prefetch(&points_mm[begin + indices[i + kAhead]]);
+        if (i + Batch::kPointsAhead < some) __builtin_prefetch(&points_mm[begin + indices[i + Batch::kPointsAhead]]);
         fetched[i] = points_mm[begin + indices[i]] - parts_->middle_mm;
       }
     };

@@ -56,9 +56,7 @@ Seen Measured(const Drawn& drawn, LaneWidth width) {
   Seen seen;
   for (std::size_t i = 0; i < NearLanes::kMost; ++i) {
     const Eigen::Vector3f p = drawn.points[i].cast<float>();
-    seen.lanes->x[i] = p.x(), seen.lanes->y[i] = p.y(), seen.lanes->z[i] = p.z();
-    seen.lanes->least[i] = seen.lanes->second[i] = std::numeric_limits<float>::infinity();
-    seen.lanes->nearest[i] = 0;
+    seen.lanes->Set(i, p.x(), p.y(), p.z());
   }
   seen.squared.resize(kTriangles * kBlocks);
   for (std::uint32_t t = 0; t < kTriangles; ++t) {
