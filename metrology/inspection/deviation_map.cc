@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <utility>
 
 #include "metrology/inspection/stated_value.h"
@@ -19,6 +20,7 @@ using Eigen::Vector3d;
 constexpr double kBin_mm = 1e-4;
 constexpr double kMostPatchesOfRadius = 4;
 constexpr std::size_t kMostHistograms = 256;  // of all threads together: of memory
+constexpr std::size_t kExpandedAtOnce = 256;
 constexpr float kNoDeviation = std::numeric_limits<float>::quiet_NaN();
 
 }  // namespace
@@ -27,13 +29,12 @@ constexpr float kNoDeviation = std::numeric_limits<float>::quiet_NaN();
 struct DeviationMap::Sums {
   std::int64_t count = 0;
   double deviation = 0, squares = 0;
-  Vector3d in_part = Vector3d::Zero(), in_sensor = Vector3d::Zero(), normal = Vector3d::Zero();
+  Vector3d in_sensor = Vector3d::Zero(), normal = Vector3d::Zero();
 
   void Add(const Sums& other) {
     count += other.count;
     deviation += other.deviation;
     squares += other.squares;
-    in_part += other.in_part;
     in_sensor += other.in_sensor;
     normal += other.normal;
   }
@@ -74,17 +75,18 @@ class DeviationMap::Histogram {
   std::int64_t total_ = 0;
 };
 
-// What points of the last scan come to.
-struct DeviationMap::Piece {
-  struct Part {
-    std::vector<std::pair<std::uint32_t, Sums>> sums;  // in the order in which the points meet the patches
-    std::vector<std::pair<std::uint32_t, Sums>> of_places;
-    PointCounts counts;
-  };
-  std::vector<Part> parts;
-  Points in_part_mm;
-  std::vector<float> deviations_mm;     // of each point; NaN: it takes no part
-  std::vector<std::uint32_t> patch_of;  // of each
+// Of the whole and of each region, by one thread at a time.
+struct DeviationMap::Counter {
+  Counter(std::size_t region_count, double farthest_mm) : histograms(1 + region_count, Histogram(farthest_mm)) {}
+  std::mutex mutex;
+  std::vector<Histogram> histograms;
+};
+
+// What some points of the last scan come to.
+struct DeviationMap::Found {
+  std::vector<std::pair<std::uint32_t, Sums>> sums;  // in the order in which the points meet the patches
+  std::vector<std::pair<std::uint32_t, Sums>> of_places;
+  PointCounts counts;
 };
 
 DeviationMap::DeviationMap(std::shared_ptr<const Surface> surface, std::shared_ptr<const SurfacePatches> patches,
@@ -96,17 +98,18 @@ DeviationMap::DeviationMap(std::shared_ptr<const Surface> surface, std::shared_p
       options_(std::move(options)),
       regions_(std::move(regions)),
       set_aside_(options_.set_aside),
-      regions_of_(patches_->patches().size()),
-      histograms_(HistogramParts(), std::vector<Histogram>(1 + regions_.size(), Histogram(options_.farthest_mm))) {
+      regions_of_(patches_->patches().size()) {
   for (std::size_t r = 0; r < regions_.size(); ++r)
     for (const std::uint32_t patch : regions_[r]) regions_of_[patch].push_back(static_cast<std::uint8_t>(r));
+  for (std::size_t k = 0; k < CounterCount(); ++k)
+    counters_.push_back(std::make_unique<Counter>(regions_.size(), options_.farthest_mm));
   PutPlaces();
   // Points are visited in another order where somebody made it ready before, and sums end in other bits.
   surface_->PrepareNear(options_.threads);
 }
 DeviationMap::~DeviationMap() = default;
 
-std::size_t DeviationMap::HistogramParts() const {
+std::size_t DeviationMap::CounterCount() const {
   return std::clamp<std::size_t>(kMostHistograms / (1 + regions_.size()), 1, PartCount(options_.threads));
 }
 
@@ -132,7 +135,7 @@ void DeviationMap::PutPlaces() {
 // The other wall of a thin edge is not about the place.
 void DeviationMap::AddToPlaces(std::uint32_t patch, const SurfacePoint& found, const Sums& point,
                                std::vector<std::pair<std::uint32_t, Sums>>* sums) const {
-  if (places_of_.empty() || patch == SurfacePatches::kNone) return;
+  if (patch == SurfacePatches::kNone) return;
   for (const std::uint32_t i : places_of_[patch]) {
     const DeviationPlace& place = options_.places[i];
     if ((found.point_mm - place.point_mm).squaredNorm() > place.radius_mm * place.radius_mm ||
@@ -165,30 +168,33 @@ absl::Status DeviationMap::AddPoints(const Points& points_mm, DeviationPoints* c
     return absl::ResourceExhaustedError("scans: " + std::to_string(all) + " points, want at most " +
                                         std::to_string(options_.greatest_point_count));
   KeepGoing keep_going(options_.keep_going);
-  const Piece piece = Look(points_mm, &keep_going);
+  const Points in_part_mm = InPart(points_mm);
+  std::vector<float> deviations_mm(compared != nullptr ? points_mm.size() : 0, kNoDeviation);
+  const std::vector<Found> found =
+      Look(points_mm, in_part_mm, &keep_going, compared != nullptr ? &deviations_mm : nullptr);
   if (keep_going.stopped()) return absl::CancelledError("deviations: the caller is gone or its time is over");
-  Take(piece);
-  for (std::size_t i = 0; compared != nullptr && i < piece.deviations_mm.size(); ++i) {
-    if (std::isnan(piece.deviations_mm[i])) continue;
-    compared->in_part_mm.push_back(piece.in_part_mm[i]);
-    compared->deviations_mm.push_back(static_cast<double>(piece.deviations_mm[i]));
+  for (const Found& some : found) Take(some);
+  for (std::size_t i = 0; i < deviations_mm.size(); ++i) {
+    if (std::isnan(deviations_mm[i])) continue;
+    compared->in_part_mm.push_back(in_part_mm[i]);
+    compared->deviations_mm.push_back(static_cast<double>(deviations_mm[i]));
   }
   return absl::OkStatus();
 }
 
-DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_going) const {
-  const ScanPlace& place = scans_.back();
-  Piece piece;
-  Points& in_part_mm = piece.in_part_mm;
-  in_part_mm.resize(points_mm.size());
+Points DeviationMap::InPart(const Points& points_mm) const {
+  Points in_part_mm(points_mm.size());
   ForEachChunk(points_mm.size(), kMappedAtOnce, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (i + Surface::Batch::kPointsAhead < end) __builtin_prefetch(&points_mm[i + Surface::Batch::kPointsAhead]);
-      in_part_mm[i] = mapping_.PartPoint(points_mm[i], place);
+      in_part_mm[i] = mapping_.PartPoint(points_mm[i], scans_.back());
     }
   });
-  piece.deviations_mm.assign(points_mm.size(), kNoDeviation);
-  piece.patch_of.assign(points_mm.size(), SurfacePatches::kNone);
+  return in_part_mm;
+}
+
+std::vector<DeviationMap::Found> DeviationMap::Look(const Points& points_mm, const Points& in_part_mm,
+                                                    KeepGoing* keep_going, std::vector<float>* deviations_mm) {
   const Surface::Batch batch(
       *surface_, static_cast<std::uint32_t>(points_mm.size()),
       [&](const std::uint32_t* indices, std::size_t count, Vector3d* points) {
@@ -196,69 +202,64 @@ DeviationMap::Piece DeviationMap::Look(const Points& points_mm, KeepGoing* keep_
           if (i + Surface::Batch::kPointsAhead < count)
             __builtin_prefetch(&in_part_mm[indices[i + Surface::Batch::kPointsAhead]]);
           points[i] = in_part_mm[indices[i]];
-          // What is wanted of it when it is taken.
-          __builtin_prefetch(&points_mm[indices[i]]);
-          __builtin_prefetch(&piece.deviations_mm[indices[i]], 1);
-          __builtin_prefetch(&piece.patch_of[indices[i]], 1);
+          __builtin_prefetch(&points_mm[indices[i]]);  // wanted when it is taken
         }
       },
       options_.farthest_mm, options_.threads);
-  piece.parts = OfEachChunk<Piece::Part>(
-      points_mm.size(), kMappedAtOnce, options_.threads, [&](std::size_t from, std::size_t to) {
-        Piece::Part part;
-        if (!(*keep_going)()) return part;
-        PatchKey last = 0;
-        std::uint32_t patch = SurfacePatches::kNone;
-        batch.Visit(from, to, [&](std::uint32_t i, const SurfacePoint& found) {
-          if (set_aside_.size() > 0 && set_aside_.At(in_part_mm[i]) < set_aside_.size()) {
-            ++part.counts.set_aside;
-          } else if (!std::isfinite(found.signed_distance_mm)) {
-            ++part.counts.far_off;
-          } else if (found.feature != SurfaceFeature::kFace || found.edge_distance_mm < Surface::kEdgeReachMm) {
-            ++part.counts.at_edges;
-          } else {
-            // Points come place by place: most often it is the last one's patch.
-            const PatchKey key = patches_->KeyOf(found.point_mm, found.normal);
-            if (part.sums.empty() || key != last) {
-              last = key;
-              patch = patches_->Of(key);
-              part.sums.emplace_back(patch, Sums());
-            }
-            ++part.counts.compared;
-            piece.deviations_mm[i] = static_cast<float>(found.signed_distance_mm);
-            piece.patch_of[i] = patch;
-            const double d = found.signed_distance_mm;
-            const Sums point{1, d, d * d, in_part_mm[i], points_mm[i], found.normal};
-            part.sums.back().second.Add(point);
-            AddToPlaces(patch, found, point, &part.of_places);
-          }
-        });
-        return part;
-      });
-  return piece;
+  return OfEachChunk<Found>(points_mm.size(), kMappedAtOnce, options_.threads, [&](std::size_t from, std::size_t to) {
+    Found some;
+    if (!(*keep_going)()) return some;
+    PatchKey last = 0;
+    std::uint32_t patch = SurfacePatches::kNone;
+    std::vector<Compared> compared;
+    compared.reserve(to - from);
+    batch.Visit(from, to, [&](std::uint32_t i, const SurfacePoint& found) {
+      if (set_aside_.size() > 0 && set_aside_.At(in_part_mm[i]) < set_aside_.size()) {
+        ++some.counts.set_aside;
+      } else if (!std::isfinite(found.signed_distance_mm)) {
+        ++some.counts.far_off;
+      } else if (found.feature != SurfaceFeature::kFace || found.edge_distance_mm < Surface::kEdgeReachMm) {
+        ++some.counts.at_edges;
+      } else {
+        // Points come place by place: most often it is the last one's patch.
+        const PatchKey key = patches_->KeyOf(found.point_mm, found.normal);
+        if (some.sums.empty() || key != last) {
+          last = key;
+          patch = patches_->Of(key);
+          some.sums.emplace_back(patch, Sums());
+        }
+        const double d = found.signed_distance_mm;
+        compared.push_back({static_cast<float>(d), patch});
+        if (deviations_mm != nullptr) (*deviations_mm)[i] = static_cast<float>(d);
+        const Sums point{1, d, d * d, points_mm[i], found.normal};
+        some.sums.back().second.Add(point);
+        if (!places_of_.empty()) AddToPlaces(patch, found, point, &some.of_places);
+      }
+    });
+    some.counts.compared = static_cast<std::int64_t>(compared.size());
+    Count(compared, counters_[from / kMappedAtOnce % counters_.size()].get());
+    return some;
+  });
 }
 
-void DeviationMap::Take(const Piece& piece) {
-  for (const Piece::Part& part : piece.parts) {
-    for (const auto& [patch, sums] : part.sums)
-      if (patch != SurfacePatches::kNone) sums_.back()[patch].Add(sums);
-    for (const auto& [place, sums] : part.of_places) sums_.back()[patches_->patches().size() + place].Add(sums);
-    counts_.compared += part.counts.compared;
-    counts_.at_edges += part.counts.at_edges;
-    counts_.set_aside += part.counts.set_aside;
-    counts_.far_off += part.counts.far_off;
+void DeviationMap::Count(const std::vector<Compared>& compared, Counter* counter) const {
+  const std::lock_guard<std::mutex> lock(counter->mutex);
+  std::vector<Histogram>& histograms = counter->histograms;
+  for (const Compared& point : compared) {
+    histograms.front().Count(point.deviation_mm);
+    if (point.patch == SurfacePatches::kNone) continue;
+    for (const std::uint8_t region : regions_of_[point.patch]) histograms[1 + region].Count(point.deviation_mm);
   }
-  InParts(piece.deviations_mm.size(), static_cast<int>(histograms_.size()),
-          [&](std::size_t begin, std::size_t end, std::size_t part) {
-            std::vector<Histogram>& histograms = histograms_[part];
-            for (std::size_t i = begin; i < end; ++i) {
-              if (std::isnan(piece.deviations_mm[i])) continue;
-              histograms.front().Count(piece.deviations_mm[i]);
-              if (piece.patch_of[i] == SurfacePatches::kNone) continue;
-              for (const std::uint8_t region : regions_of_[piece.patch_of[i]])
-                histograms[1 + region].Count(piece.deviations_mm[i]);
-            }
-          });
+}
+
+void DeviationMap::Take(const Found& found) {
+  for (const auto& [patch, sums] : found.sums)
+    if (patch != SurfacePatches::kNone) sums_.back()[patch].Add(sums);
+  for (const auto& [place, sums] : found.of_places) sums_.back()[patches_->patches().size() + place].Add(sums);
+  counts_.compared += found.counts.compared;
+  counts_.at_edges += found.counts.at_edges;
+  counts_.set_aside += found.counts.set_aside;
+  counts_.far_off += found.counts.far_off;
 }
 
 PatchDeviation DeviationMap::Measured(std::size_t mean_index) const {
@@ -285,8 +286,9 @@ DeviationCauses DeviationMap::CausesOf(const std::vector<PatchDeviation>& means)
           const Sums& sums = sums_[s][p];
           if (sums.count == 0) continue;
           const auto count = static_cast<double>(sums.count);
+          const Vector3d in_sensor_mm = sums.in_sensor / count;
           parts.push_back({scans_[s], count / static_cast<double>(means[p].point_count), sums.normal.normalized(),
-                           sums.in_part / count, sums.in_sensor / count});
+                           mapping_.PartPoint(in_sensor_mm, scans_[s]), in_sensor_mm});
         }
         return parts;
       },
@@ -364,22 +366,24 @@ absl::StatusOr<DeviationField> DeviationMap::Finish() {
   std::vector<PatchDeviation> means;
   for (std::size_t i = 0; i < MeanCount(); ++i) means.push_back(Measured(i));
   field.causes = CausesOf(means);
-  for (std::size_t i = 0; i < means.size(); ++i)
-    if (means[i].mean_mm)
-      ExpandDeviation(field.causes, field.causes.per_sigma_mm.row(static_cast<Eigen::Index>(i)), &means[i]);
+  ForEachChunk(means.size(), kExpandedAtOnce, options_.threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (means[i].mean_mm)
+        ExpandDeviation(field.causes, field.causes.per_sigma_mm.row(static_cast<Eigen::Index>(i)), &means[i]);
+  });
   const auto first_place = means.begin() + static_cast<std::ptrdiff_t>(patches_->patches().size());
   field.patches.assign(means.begin(), first_place);
   field.places.assign(first_place, means.end());
-  for (std::size_t part = 1; part < histograms_.size(); ++part)
-    for (std::size_t k = 0; k < histograms_[part].size(); ++k) histograms_.front()[k].Add(histograms_[part][k]);
-  histograms_.resize(1);
-  field.whole = StatisticsOf(field, nullptr, histograms_.front().front());
+  std::vector<Histogram>& histograms = counters_.front()->histograms;
+  for (; counters_.size() > 1; counters_.pop_back())
+    for (std::size_t k = 0; k < histograms.size(); ++k) histograms[k].Add(counters_.back()->histograms[k]);
+  field.whole = StatisticsOf(field, nullptr, histograms.front());
   if (!field.whole.values)
     return absl::FailedPreconditionError("scans: no patch of the CAD has " + std::to_string(options_.least_points) +
                                          " points within " + std::to_string(options_.farthest_mm) +
                                          " mm, want scans of this blade");
   for (std::size_t r = 0; r < regions_.size(); ++r)
-    field.regions.push_back(StatisticsOf(field, &regions_[r], histograms_.front()[1 + r]));
+    field.regions.push_back(StatisticsOf(field, &regions_[r], histograms[1 + r]));
   return field;
 }
 

@@ -99,7 +99,7 @@ class DeviationMap {
                PartMapping mapping, DeviationOptions options, std::vector<std::vector<std::uint32_t>> regions = {});
   ~DeviationMap();
 
-  // RESOURCE_EXHAUSTED beyond greatest_point_count, CANCELLED where the caller is gone.
+  // RESOURCE_EXHAUSTED beyond greatest_point_count, CANCELLED where the caller is gone: then some are counted and some are not.
   absl::Status Add(const LineScan& scan);
   // The same in pieces: the scan without its points, then its points as they come. compared: those whose deviation counts are appended.
   void Begin(const LineScan& scan);
@@ -109,13 +109,22 @@ class DeviationMap {
 
  private:
   struct Sums;
-  struct Piece;
+  struct Found;
   class Histogram;
-  Piece Look(const Points& points_mm, KeepGoing* keep_going) const;
-  void Take(const Piece& piece);
+  struct Counter;
+  struct Compared {
+    float deviation_mm;
+    std::uint32_t patch;  // SurfacePatches::kNone where there is none
+  };
+  Points InPart(const Points& points_mm) const;
+  // Of each chunk of the points; those compared are counted at once. deviations_mm: null, or set of those.
+  std::vector<Found> Look(const Points& points_mm, const Points& in_part_mm, KeepGoing* keep_going,
+                          std::vector<float>* deviations_mm);
+  void Count(const std::vector<Compared>& compared, Counter* counter) const;
+  void Take(const Found& found);
   DeviationStatistics StatisticsOf(const DeviationField& field, const std::vector<std::uint32_t>* patches,
                                    const Histogram& histogram) const;
-  std::size_t HistogramParts() const;  // whose points are counted beside each other
+  std::size_t CounterCount() const;  // so many that threads seldom wait for one another
   // Patches, then places.
   std::size_t MeanCount() const;
   void PutPlaces();
@@ -134,7 +143,7 @@ class DeviationMap {
   std::vector<ScanPlace> scans_;
   std::vector<std::vector<std::uint32_t>> places_of_;  // of each patch, those that reach into it
   std::vector<std::vector<Sums>> sums_;                // [scan][mean]
-  std::vector<std::vector<Histogram>> histograms_;     // [part]: of the whole, then of each region
+  std::vector<std::unique_ptr<Counter>> counters_;     // which counts what changes nothing
   PointCounts counts_;
 };
 

@@ -17,6 +17,7 @@ ScanPlace PartMapping::PlaceOf(const LineScan& scan) const {
   place.commanded_b_rad = scan.b_rad;
   place.part_from_machine = pose_.zero_from_part.inverse(Eigen::Isometry) * axes_.Growth(1 / scan.stretch) *
                             axes_.MachineFromZero(place.a_rad, place.b_rad).inverse(Eigen::Isometry);
+  place.part_from_sensor = place.part_from_machine * sensor_.MachineFromSensor(place.v0_mm);
   return place;
 }
 

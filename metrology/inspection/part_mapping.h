@@ -15,8 +15,8 @@ namespace sixpoint::metrology {
 // Where a scan's points come from.
 struct ScanPlace {
   Eigen::Vector3d v0_mm;
-  Eigen::Affine3d part_from_machine;
-  double a_rad, b_rad;  // as reached
+  Eigen::Affine3d part_from_machine, part_from_sensor;  // of readings without the field
+  double a_rad, b_rad;                                  // as reached
   double commanded_a_rad, commanded_b_rad;
 };
 
@@ -31,7 +31,7 @@ class PartMapping {
 
   ScanPlace PlaceOf(const LineScan& scan) const;
   Eigen::Vector3d PartPoint(const Eigen::Vector3d& in_sensor_mm, const ScanPlace& place) const {
-    return place.part_from_machine * sensor_.MachineFromSensor(sensor_.WithoutField(in_sensor_mm), place.v0_mm);
+    return place.part_from_sensor * sensor_.WithoutField(in_sensor_mm);
   }
 
   // Part frame, unit.

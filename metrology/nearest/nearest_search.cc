@@ -49,8 +49,9 @@ class NearestSearch::Many::Visitor {
   Visitor(const Many& many, std::size_t from) : many_(many) {
     if (many.near_ == nullptr) return;
     batch_.emplace(many.tree_, *many.near_);
-    const std::vector<std::uint32_t>& first = many.order_.first;
-    cell_ = static_cast<std::uint32_t>(std::upper_bound(first.begin(), first.end(), from) - first.begin()) - 1;
+    run_ = std::upper_bound(many.order_.runs.begin(), many.order_.runs.end(), from,
+                            [](std::size_t at, const PointOrder::Run& run) { return at < run.first; }) -
+           1;
   }
 
   // How many of the points that follow at `at` are looked up together: they lie in one cell, or in one place.
@@ -58,8 +59,8 @@ class NearestSearch::Many::Visitor {
     static_assert(kMostFound == NearBatch::kMostPoints);
     most = std::min(most, kMostFound);
     if (at < many_.order_.in_cells_count) {
-      while (many_.order_.first[cell_ + 1] <= at) ++cell_;
-      return std::min<std::size_t>(most, many_.order_.first[cell_ + 1] - at);
+      if (run_[1].first <= at) ++run_;
+      return std::min<std::size_t>(most, run_[1].first - at);
     }
     if (!many_.FarMatter()) return most;
     const std::uint64_t place = PlaceOf(points[0]);
@@ -72,7 +73,7 @@ class NearestSearch::Many::Visitor {
     if (many_.limit_mm_ >= 0) {
       const double limit_squared = many_.limit_mm_ * many_.limit_mm_;
       if (at < many_.order_.in_cells_count)
-        batch_->Find(cell_, points, count, limit_squared, nearest);
+        batch_->Find(run_->cell, points, count, limit_squared, nearest);
       else if (many_.FarMatter() && IsSomewhere(points[0]))
         FindFar(points, count, limit_squared, nearest);
     }
@@ -87,7 +88,8 @@ class NearestSearch::Many::Visitor {
 
   const Many& many_;
   std::optional<NearBatch> batch_;
-  std::uint32_t cell_ = 0, hint_ = NearestTriangle::kNone;
+  std::vector<PointOrder::Run>::const_iterator run_;  // of the point at hand, while it lies in a cell
+  std::uint32_t hint_ = NearestTriangle::kNone;
 };
 
 void NearestSearch::Many::Visit(std::size_t from, std::size_t to, const std::function<void(const Found&)>& take) const {

@@ -12,15 +12,42 @@ namespace {
 
 using Eigen::Vector3d;
 
+// How many of a part's points each cell holds; those of no cell share one.
+class CellCounts {
+ public:
+  void Start(std::uint32_t cell_count) {
+    counts_.assign(cell_count, 0);
+    holding_.assign(cell_count / 64 + 1, 0);
+  }
+  void Count(std::uint32_t cell) {
+    ++counts_[cell];
+    holding_[cell / 64] |= std::uint64_t{1} << cell % 64;
+  }
+  std::uint32_t& operator[](std::uint32_t cell) { return counts_[cell]; }
+  // take(cell) of each that holds any of the points of any part, in their order: where points are few, most cells hold none.
+  template <typename Take>
+  static void ForEachHolding(const std::vector<CellCounts>& parts, const Take& take) {
+    for (std::size_t word = 0; word < parts.front().holding_.size(); ++word) {
+      std::uint64_t holding = 0;
+      for (const CellCounts& part : parts) holding |= part.holding_[word];
+      for (; holding != 0; holding &= holding - 1)
+        take(static_cast<std::uint32_t>(64 * word) + static_cast<std::uint32_t>(__builtin_ctzll(holding)));
+    }
+  }
+
+ private:
+  std::vector<std::uint32_t> counts_;
+  std::vector<std::uint64_t> holding_;  // a bit for each cell
+};
+
 // Counting sort: each part counts its points of each cell, and puts them where the parts before it end.
 void PutInCells(const NearCells& cells, const PointsAt& points_at, std::uint32_t count, int thread_count,
                 PointOrder* order) {
-  const auto cell_count = static_cast<std::uint32_t>(cells.cell_count());
+  const auto no_cell = static_cast<std::uint32_t>(cells.cell_count());
   std::vector<std::uint32_t> cell_of(count);
-  std::vector<std::vector<std::uint32_t>> counts(PartCount(thread_count));
+  std::vector<CellCounts> parts(PartCount(thread_count));
   InParts(count, thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
-    std::vector<std::uint32_t>& here = counts[part];
-    here.assign(cell_count + 1, 0);
+    parts[part].Start(no_cell + 1);
     std::array<Vector3d, NearCells::kTogether> points;
     std::array<std::uint32_t, NearCells::kTogether> indices;
     for (std::size_t at = begin; at < end; at += points.size()) {
@@ -28,24 +55,23 @@ void PutInCells(const NearCells& cells, const PointsAt& points_at, std::uint32_t
       std::iota(indices.begin(), indices.end(), static_cast<std::uint32_t>(at));
       points_at(indices.data(), together, points.data());
       cells.CellsAt(points.data(), together, &cell_of[at]);
-      for (std::size_t i = at; i < at + together; ++i) ++here[cell_of[i] = std::min(cell_of[i], cell_count)];
+      for (std::size_t i = at; i < at + together; ++i) parts[part].Count(cell_of[i] = std::min(cell_of[i], no_cell));
     }
   });
-  order->first.resize(cell_count + 2);
   std::uint32_t sum = 0;
-  for (std::uint32_t cell = 0; cell <= cell_count; ++cell) {
-    order->first[cell] = sum;
-    for (std::vector<std::uint32_t>& of_part : counts) {
+  CellCounts::ForEachHolding(parts, [&](std::uint32_t cell) {
+    order->runs.push_back({cell, sum});
+    for (CellCounts& of_part : parts) {
       const std::uint32_t here = of_part[cell];
       of_part[cell] = sum;
       sum += here;
     }
-  }
-  order->first[cell_count + 1] = sum;
-  order->in_cells_count = order->first[cell_count];
+  });
+  if (order->runs.empty() || order->runs.back().cell != no_cell) order->runs.push_back({no_cell, sum});
+  order->in_cells_count = order->runs.back().first;
   order->order.resize(count);
   InParts(count, thread_count, [&](std::size_t begin, std::size_t end, std::size_t part) {
-    for (std::size_t i = begin; i < end; ++i) order->order[counts[part][cell_of[i]]++] = static_cast<std::uint32_t>(i);
+    for (std::size_t i = begin; i < end; ++i) order->order[parts[part][cell_of[i]]++] = static_cast<std::uint32_t>(i);
   });
 }
 

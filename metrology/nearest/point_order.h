@@ -17,8 +17,10 @@ inline constexpr std::size_t kFetchedAtOnce = 1024;  // points that are asked fo
 
 struct PointOrder {
   std::vector<std::uint32_t> order;  // of the points: by cell, those without a cell last
-  std::vector<std::uint32_t>
-      first;  // in `order`, by cell; cell_count() + 1, then order.size(). None where there are no cells
+  struct Run {
+    std::uint32_t cell, first;  // in `order`, up to where the next begins
+  };
+  std::vector<Run> runs;  // of each cell that holds points; then one of no cell, where those without begin
   std::size_t in_cells_count = 0;
 };
 

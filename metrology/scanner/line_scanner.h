@@ -48,6 +48,14 @@ struct SensorPose {
     if (cloud == CloudKind::kSnapshot) return rotation * p - v0_mm + t_sm_mm;
     return rotation.col(1) * p.y() + rotation.col(2) * p.z() + Eigen::Vector3d(p.x(), 0, 0) - v0_mm + t_sm_mm;
   }
+  // The same for every point.
+  Eigen::Affine3d MachineFromSensor(const Eigen::Vector3d& v0_mm) const {
+    Eigen::Affine3d map;
+    map.linear() = rotation;
+    if (cloud != CloudKind::kSnapshot) map.linear().col(0) = Eigen::Vector3d::UnitX();
+    map.translation() = t_sm_mm - v0_mm;
+    return map;
+  }
   // Change of the machine point per sensor parameter, in the order of kSensorParameters.
   Eigen::Matrix<double, 3, kSensorParameterCount> ParameterJacobian(const Eigen::Vector3d& p) const {
     Eigen::Matrix<double, 3, kSensorParameterCount> jacobian;

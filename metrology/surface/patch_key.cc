@@ -42,10 +42,13 @@ int SideOf(const Vector3d& normal) {
 
 PatchKey PatchKeyOf(const Vector3d& from_centroid_mm, const Vector3d& normal, double patch_mm) {
   std::array<std::int64_t, 3> cell{};
-  for (int k = 0; k < 3; ++k)
-    cell[k] =
-        static_cast<std::int64_t>(std::clamp(std::floor(from_centroid_mm[k] / patch_mm + kCellShift),
-                                             static_cast<double>(-kCellOffset), static_cast<double>(kCellOffset - 1)));
+  for (int k = 0; k < 3; ++k) {
+    const double at = std::clamp(from_centroid_mm[k] / patch_mm + kCellShift, static_cast<double>(-kCellOffset),
+                                 static_cast<double>(kCellOffset - 1));
+    // Its floor, for which older processors have no instruction.
+    const auto towards_0 = static_cast<std::int64_t>(at);
+    cell[k] = towards_0 - (at < static_cast<double>(towards_0) ? 1 : 0);
+  }
   return PatchKeyOf(cell, SideOf(normal));
 }
 

@@ -158,7 +158,7 @@ SurfacePoint Surface::Parts::Resolve(const Vector3d& query, const NearestTriangl
     found.feature = SurfaceFeature::kBorder;
   else if (seam & kSharp)
     found.feature = SurfaceFeature::kEdge;
-  const TriangleCorners& corners = mesh.triangles[nearest.triangle];
+  const TriangleCorners& corners = nearest.item->corners;  // more likely in the cache than the mesh's
   const Vector3d foot = nearest.barycentric[0] * vertices_mm[corners[0]] +
                         nearest.barycentric[1] * vertices_mm[corners[1]] +
                         nearest.barycentric[2] * vertices_mm[corners[2]];
