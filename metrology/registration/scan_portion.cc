@@ -12,17 +12,6 @@ namespace {
 
 constexpr std::size_t kPiecesOfThread = 2;  // decoded at a time: two megabytes each
 
-// The mapping is affine: its values at the origin and the three unit points say all.
-Eigen::Affine3d SensorMapping(const Eigen::Isometry3d& zero_from_machine, const SensorPose& sensor,
-                              const Eigen::Vector3d& v0_mm) {
-  const Eigen::Vector3d origin = sensor.MachineFromSensor(Eigen::Vector3d::Zero(), v0_mm);
-  Eigen::Affine3d machine_from_sensor = Eigen::Affine3d::Identity();
-  machine_from_sensor.translation() = origin;
-  for (int k = 0; k < 3; ++k)
-    machine_from_sensor.linear().col(k) = sensor.MachineFromSensor(Eigen::Vector3d::Unit(k), v0_mm) - origin;
-  return zero_from_machine * machine_from_sensor;
-}
-
 std::int64_t FiniteCount(const Points& points_mm) {
   return std::count_if(points_mm.begin(), points_mm.end(), [](const Eigen::Vector3d& p) { return p.allFinite(); });
 }
@@ -46,7 +35,7 @@ Thinner::Thinner(const LineScan& scan, std::int64_t point_count, const MachineCa
   const Eigen::Isometry3d zero_from_machine =
       calibration.axes.MachineFromZero(portion_.a_rad, portion_.b_rad).inverse(Eigen::Isometry);
   portion_.zero_from_sensor =
-      calibration.axes.Growth(1 / scan.stretch) * SensorMapping(zero_from_machine, calibration.sensor, scan.v0_mm);
+      calibration.axes.Growth(1 / scan.stretch) * zero_from_machine * calibration.sensor.MachineFromSensor(scan.v0_mm);
   portion_.sensor.reserve(static_cast<std::size_t>(std::max<std::int64_t>(0, point_count) / stride_ + 1));
 }
 

@@ -6,12 +6,14 @@
 
 namespace sixpoint::testing {
 
-// Whether it is so, at once or within this time.
+// Whether it is so, at once or within this time; asked no more once it was.
 template <typename Condition>
 bool Becomes(std::chrono::milliseconds patience, Condition is_so) {
   const auto end = std::chrono::steady_clock::now() + patience;
-  while (!is_so() && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  return is_so();
+  for (;; std::this_thread::sleep_for(std::chrono::milliseconds(20))) {
+    if (is_so()) return true;
+    if (std::chrono::steady_clock::now() >= end) return false;
+  }
 }
 
 }  // namespace sixpoint::testing
