@@ -48,13 +48,13 @@ Result JudgeFaces(const ArtefactCase& one, const std::vector<Plane>& faces) {
 
 // Root mean square over the cones; not found where one of them is not.
 Result JudgeHoles(const ArtefactCase& one, const metrology::FaceFrame& frame,
-                  const std::vector<metrology::Region>& holes) {
+                  const std::vector<metrology::Recess>& holes) {
   double squares = 0;
   for (const metrology::PlaneFeature& cone : one.artefact.cones) {
     const Eigen::Vector3d centre(cone.centre_mm.x(), cone.centre_mm.y(), 0);
     const Eigen::Vector2d at = frame.See(one.sensor_from_artefact * centre).at;
     double best = 1e9;
-    for (const metrology::Region& hole : holes)
+    for (const metrology::Recess& hole : holes)
       if (!hole.slot) best = std::min(best, (hole.centre - at).norm());
     if (best > kHoleLimitMm) return {};
     squares += best * best;
@@ -107,15 +107,15 @@ Step FaceStep() {
 }
 
 Step HoleStep() {
-  using Holes = std::vector<metrology::Region>;
-  using Find = std::function<Holes(const std::vector<metrology::Seen>&, const metrology::Artefact&)>;
+  using Holes = std::vector<metrology::Recess>;
+  using Find = std::function<Holes(const std::vector<metrology::FacePoint>&, const metrology::Artefact&)>;
   const auto contender = [](const std::string& name, const Find& find) {
     return ArtefactContender{
         name, [find](const ArtefactCase& one) {
           const Eigen::Affine3d& pose = one.sensor_from_artefact;
           const Eigen::Vector3d normal = pose.linear().col(0).cross(pose.linear().col(1)).normalized();
           const metrology::FaceFrame frame(Plane{normal, pose.translation()});
-          std::vector<metrology::Seen> seen;
+          std::vector<metrology::FacePoint> seen;
           for (const Eigen::Vector3d& p : metrology::EvenSample(one.scan.points_mm, kArtefactSampleCount))
             seen.push_back(frame.See(p));
           return Timed<Holes>([&] { return find(seen, one.artefact); },

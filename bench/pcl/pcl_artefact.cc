@@ -20,8 +20,8 @@
 namespace sixpoint::bench {
 namespace {
 
-using metrology::Region;
-using metrology::Seen;
+using metrology::FacePoint;
+using metrology::Recess;
 using Point = pcl::PointXYZ;
 using Cloud = pcl::PointCloud<Point>;
 using Model = pcl::SampleConsensusModel<Point>;
@@ -91,12 +91,12 @@ double HeightOf(const Eigen::VectorXf& plane, const Point& p) {
 }
 
 // A cone's centre from the circle at half its depth.
-std::optional<Eigen::Vector2d> ConeCentre(const std::vector<Seen>& seen, const metrology::Artefact& artefact,
+std::optional<Eigen::Vector2d> ConeCentre(const std::vector<FacePoint>& seen, const metrology::Artefact& artefact,
                                           const Eigen::Vector2d& near) {
   const double depth = artefact.ConeDepth() / 2, half_slice = 0.1;
   const double radius = artefact.cone_top_radius_mm - depth * std::tan(artefact.cone_half_angle_rad);
   Cloud::Ptr slice(new Cloud);
-  for (const Seen& s : seen)
+  for (const FacePoint& s : seen)
     if (std::abs(s.depth - depth) < half_slice && (s.at - near).norm() < artefact.cone_top_radius_mm + kClusterGapMm)
       slice->emplace_back(static_cast<float>(s.at.x()), static_cast<float>(s.at.y()), 0.0f);
   if (slice->size() < 20) return std::nullopt;
@@ -120,15 +120,15 @@ struct Laid {
   Eigen::Matrix2Xd from, onto;  // what matched
 };
 
-Laid Lay(const std::vector<Feature>& features, const std::vector<Region>& regions, const Eigen::Isometry2d& pose) {
+Laid Lay(const std::vector<Feature>& features, const std::vector<Recess>& regions, const Eigen::Isometry2d& pose) {
   Laid laid;
   laid.pose = pose;
   laid.from.resize(2, static_cast<Eigen::Index>(features.size()));
   laid.onto = laid.from;
   for (const Feature& feature : features) {
-    const Region* nearest = nullptr;
+    const Recess* nearest = nullptr;
     double best = kMatchMm * kMatchMm;
-    for (const Region& region : regions) {
+    for (const Recess& region : regions) {
       const double squared = (region.centre - pose * feature.centre).squaredNorm();
       if (region.slot != feature.slot || squared >= best) continue;
       best = squared;
@@ -151,15 +151,15 @@ bool Better(const Laid& a, const Laid& b) {
 }
 
 // Every two round holes that stand apart as two cones do propose a pose; the fit of what then matches is kept.
-Laid BestLaid(const metrology::Artefact& artefact, const std::vector<Region>& regions) {
+Laid BestLaid(const metrology::Artefact& artefact, const std::vector<Recess>& regions) {
   std::vector<Feature> features;
   for (const auto& cone : artefact.cones) features.push_back({cone.centre_mm, false});
   for (const auto& slot : artefact.slots) features.push_back({slot.centre_mm, true});
   Laid best;
   for (std::size_t i = 0; i < artefact.cones.size(); ++i)
     for (std::size_t j = i + 1; j < artefact.cones.size(); ++j)
-      for (const Region& r : regions)
-        for (const Region& s : regions) {
+      for (const Recess& r : regions)
+        for (const Recess& s : regions) {
           if (&r == &s || r.slot || s.slot) continue;
           Eigen::Matrix2d from, onto;
           from << features[i].centre, features[j].centre;
@@ -203,12 +203,12 @@ std::vector<metrology::Plane> PclFlatFaces(const metrology::Points& sample, doub
   return faces;
 }
 
-std::vector<Region> PclHolesBelow(const std::vector<Seen>& seen, const metrology::Artefact& artefact,
+std::vector<Recess> PclHolesBelow(const std::vector<FacePoint>& seen, const metrology::Artefact& artefact,
                                   HoleCentres centres) {
   using Flat = pcl::PointCloud<pcl::PointXYZI>;  // the depth as its intensity
   const double deepest = std::max(artefact.ConeDepth(), artefact.slot_depth_mm) + 0.2;
   Flat::Ptr low(new Flat);
-  for (const Seen& s : seen) {
+  for (const FacePoint& s : seen) {
     if (s.depth < metrology::kBelowMm || s.depth > deepest) continue;
     pcl::PointXYZI p(static_cast<float>(s.depth));
     p.getVector3fMap() << s.at.cast<float>(), 0.0f;
@@ -231,7 +231,7 @@ std::vector<Region> PclHolesBelow(const std::vector<Seen>& seen, const metrology
   extraction.setInputCloud(thin);
   extraction.extract(clusters);
   const double widest = 2 * std::max(artefact.cone_top_radius_mm, artefact.slot_width_mm) + 1;
-  std::vector<Region> regions;
+  std::vector<Recess> regions;
   for (const pcl::PointIndices& cluster : clusters) {
     Eigen::AlignedBox2f box;
     std::size_t floor = 0;
@@ -241,7 +241,7 @@ std::vector<Region> PclHolesBelow(const std::vector<Seen>& seen, const metrology
       floor += std::abs(p.intensity - artefact.slot_depth_mm) < 0.05;
     }
     if (box.sizes().maxCoeff() > widest || box.sizes().minCoeff() < 0.5) continue;
-    Region region{box.center().cast<double>(), cluster.indices.size(), 2 * floor > cluster.indices.size()};
+    Recess region{box.center().cast<double>(), cluster.indices.size(), 2 * floor > cluster.indices.size()};
     if (!region.slot && centres == HoleCentres::kOfCircles)
       region.centre = ConeCentre(seen, artefact, region.centre).value_or(region.centre);
     regions.push_back(region);
@@ -252,7 +252,7 @@ std::vector<Region> PclHolesBelow(const std::vector<Seen>& seen, const metrology
 absl::StatusOr<metrology::ArtefactSighting> PclFindArtefact(const metrology::LineScan& scan,
                                                             const metrology::Artefact& artefact, HoleCentres centres) {
   const metrology::Points sample = metrology::EvenSample(scan.points_mm, kArtefactSampleCount);
-  std::vector<Seen> seen(sample.size());
+  std::vector<FacePoint> seen(sample.size());
   Laid best;
   std::optional<metrology::FaceFrame> upper;
   for (const metrology::Plane& face : PclFlatFaces(sample, kPlaneBandMm, kMostArtefactFaces, Consensus::kRansac)) {

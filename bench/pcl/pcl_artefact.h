@@ -24,7 +24,7 @@ std::vector<metrology::Plane> PclFlatFaces(const metrology::Points& sample, doub
 enum class HoleCentres { kOfClusters, kOfCircles };
 
 // As metrology::HolesBelow.
-std::vector<metrology::Region> PclHolesBelow(const std::vector<metrology::Seen>& seen,
+std::vector<metrology::Recess> PclHolesBelow(const std::vector<metrology::FacePoint>& seen,
                                              const metrology::Artefact& artefact, HoleCentres centres);
 
 // As metrology::FindArtefact.

@@ -31,7 +31,7 @@ struct Match {
   double squares = 0;
 };
 
-Match Matched(const std::vector<Feature>& features, const std::vector<Region>& regions, double angle,
+Match Matched(const std::vector<Feature>& features, const std::vector<Recess>& regions, double angle,
               const Eigen::Vector2d& shift) {
   Match match{Eigen::Rotation2Dd(angle), shift, {}, 0, 0};
   for (const Feature& f : features) {
@@ -54,7 +54,7 @@ Match Matched(const std::vector<Feature>& features, const std::vector<Region>& r
 }
 
 // The in-plane rigid fit of the matched pairs, and its matches.
-Match Settled(const std::vector<Feature>& features, const std::vector<Region>& regions, const Match& start) {
+Match Settled(const std::vector<Feature>& features, const std::vector<Recess>& regions, const Match& start) {
   Eigen::Vector2d from = Eigen::Vector2d::Zero(), onto = from;
   for (size_t i = 0; i < features.size(); ++i)
     if (start.region[i] >= 0) {
@@ -88,13 +88,13 @@ bool SamePlace(const Sighting& a, const Sighting& b) {
 
 // The in-plane pose by the cones' walls: a reading at some depth has its distance from the cone's axis. The gate closes, so
 // that strays and a hole's missing side lose their pull.
-void Settle(const std::vector<Seen>& low, const Artefact& artefact, Sighting* s) {
+void Settle(const std::vector<FacePoint>& low, const Artefact& artefact, Sighting* s) {
   const double slope = std::tan(artefact.cone_half_angle_rad), c = std::cos(artefact.cone_half_angle_rad);
   for (const double gate : {0.8, 0.8, 0.5, 0.3, 0.2, 0.1, 0.1}) {
     Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     const Eigen::Matrix2d turn = s->turn.toRotationMatrix();
-    for (const Seen& p : low)
+    for (const FacePoint& p : low)
       for (const PlaneFeature& cone : artefact.cones) {
         const Eigen::Vector2d arm = turn * cone.centre_mm, d = p.at - s->shift - arm;
         const double squared = d.squaredNorm(), reach = artefact.cone_top_radius_mm + gate;
@@ -115,14 +115,14 @@ void Settle(const std::vector<Seen>& low, const Artefact& artefact, Sighting* s)
 }
 
 // Which features the readings bear out, and how well they speak for this pose.
-void Judge(const std::vector<Seen>& all, const Artefact& artefact, Sighting* s) {
+void Judge(const std::vector<FacePoint>& all, const Artefact& artefact, Sighting* s) {
   const double slope = std::tan(artefact.cone_half_angle_rad), c = std::cos(artefact.cone_half_angle_rad);
   const double half = artefact.side_mm / 2, half_slot = artefact.slot_width_mm / 2;
   const Eigen::Matrix2d back = s->turn.toRotationMatrix().transpose();
   const size_t cones = artefact.cones.size();
   s->agreeing.assign(cones + artefact.slots.size(), 0);
   size_t upper = 0, against = 0;
-  for (const Seen& p : all) {
+  for (const FacePoint& p : all) {
     const Eigen::Vector2d at = back * (p.at - s->shift);
     if (at.cwiseAbs().maxCoeff() > half || std::abs(p.depth) > 5) continue;
     const bool on_face = std::abs(p.depth) < 0.06;
@@ -172,10 +172,10 @@ struct FaceSearch {
   Sighting best, rival;
   int round = 0, square = 0;  // holes seen
 };
-FaceSearch SearchFace(const std::vector<Seen>& seen, const Artefact& artefact) {
+FaceSearch SearchFace(const std::vector<FacePoint>& seen, const Artefact& artefact) {
   FaceSearch search;
-  const std::vector<Region> regions = HolesBelow(seen, artefact);
-  for (const Region& r : regions) ++(r.slot ? search.square : search.round);
+  const std::vector<Recess> regions = HolesBelow(seen, artefact);
+  for (const Recess& r : regions) ++(r.slot ? search.square : search.round);
   std::vector<Feature> features;
   for (const PlaneFeature& c : artefact.cones) features.push_back({c.name, c.centre_mm, false});
   for (const PlaneFeature& q : artefact.slots) features.push_back({q.name, q.centre_mm, true});
@@ -213,8 +213,8 @@ FaceSearch SearchFace(const std::vector<Seen>& seen, const Artefact& artefact) {
   constexpr size_t kMostProposals = 12;
   if (proposals.size() > kMostProposals) proposals.resize(kMostProposals);
 
-  std::vector<Seen> low;
-  for (const Seen& p : seen)
+  std::vector<FacePoint> low;
+  for (const FacePoint& p : seen)
     if (p.depth > kBelowMm && p.depth < artefact.ConeDepth()) low.push_back(p);
   for (const Match& proposal : proposals) {
     Sighting sighting;
@@ -248,7 +248,7 @@ absl::StatusOr<ArtefactSighting> FindArtefact(const LineScan& scan, const Artefa
   // The plate need not be the largest face in view: a fixture's or the bed's may be.
   FaceSearch found;
   const Plane* upper_face = &faces[0];
-  std::vector<Seen> seen(sample.size());
+  std::vector<FacePoint> seen(sample.size());
   for (const Plane& face : faces) {
     const FaceFrame frame(face);
     for (size_t i = 0; i < sample.size(); ++i) seen[i] = frame.See(sample[i]);

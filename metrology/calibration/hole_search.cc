@@ -13,9 +13,9 @@ constexpr size_t kMostRegions = 24;
 // Cells of the face: most of its readings lie below the face; on it; none were read.
 class CellMap {
  public:
-  CellMap(const std::vector<Seen>& seen, double deepest_mm) {
+  CellMap(const std::vector<FacePoint>& seen, double deepest_mm) {
     Eigen::Vector2d maximum = Eigen::Vector2d::Constant(-1e9);
-    for (const Seen& s : seen) {
+    for (const FacePoint& s : seen) {
       if (s.depth < kBelowMm || s.depth > deepest_mm) continue;
       minimum_ = minimum_.cwiseMin(s.at);
       maximum = maximum.cwiseMax(s.at);
@@ -25,7 +25,7 @@ class CellMap {
     rows_ = static_cast<int>((maximum.y() - minimum_.y()) / kCellMm) + 3;
     std::vector<int> balance(size(), 0);
     label_.assign(size(), kEmpty);
-    for (const Seen& s : seen) {
+    for (const FacePoint& s : seen) {
       const int cell = CellOf(s.at);
       if (cell < 0 || s.depth < -kBelowMm || s.depth > deepest_mm) continue;
       balance[cell] += s.depth < kBelowMm ? -1 : 1;
@@ -90,7 +90,7 @@ class CellMap {
 
 }  // namespace
 
-std::vector<Region> HolesBelow(const std::vector<Seen>& seen, const Artefact& artefact) {
+std::vector<Recess> HolesBelow(const std::vector<FacePoint>& seen, const Artefact& artefact) {
   const double deepest = std::max(artefact.ConeDepth(), artefact.slot_depth_mm) + 0.2;
   const CellMap map(seen, deepest);
   struct Sums {
@@ -99,7 +99,7 @@ std::vector<Region> HolesBelow(const std::vector<Seen>& seen, const Artefact& ar
   };
   std::vector<Sums> sums(map.regions());
   if (sums.empty()) return {};
-  for (const Seen& l : seen) {
+  for (const FacePoint& l : seen) {
     if (l.depth < kBelowMm || l.depth > deepest) continue;
     const int region = map.RegionAt(l.at);
     if (region < 0) continue;
@@ -110,13 +110,13 @@ std::vector<Region> HolesBelow(const std::vector<Seen>& seen, const Artefact& ar
     s.floor += std::abs(l.depth - artefact.slot_depth_mm) < 0.05;
   }
   const double widest = 2 * std::max(artefact.cone_top_radius_mm, artefact.slot_width_mm) + 1;
-  std::vector<Region> found;
+  std::vector<Recess> found;
   for (const Sums& s : sums) {
     const Eigen::Vector2d extent = s.maximum - s.minimum;
     if (s.count < 20 || extent.maxCoeff() > widest || extent.minCoeff() < 0.5) continue;
     found.push_back({(s.minimum + s.maximum) / 2, s.count, 2 * s.floor > s.count});
   }
-  std::stable_sort(found.begin(), found.end(), [](const Region& a, const Region& b) { return a.count > b.count; });
+  std::stable_sort(found.begin(), found.end(), [](const Recess& a, const Recess& b) { return a.count > b.count; });
   if (found.size() > kMostRegions) found.resize(kMostRegions);
   return found;
 }

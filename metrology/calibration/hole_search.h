@@ -13,7 +13,7 @@ namespace sixpoint::metrology {
 constexpr double kBelowMm = 0.12;
 
 // A reading seen from a flat face: its place in the face, and how far below it (negative: above).
-struct Seen {
+struct FacePoint {
   Eigen::Vector2d at;
   double depth;
 };
@@ -26,14 +26,14 @@ struct FaceFrame {
     u = (Eigen::Vector3d::UnitX() - p.normal.x() * p.normal).normalized();
     v = p.normal.cross(u);
   }
-  Seen See(const Eigen::Vector3d& p) const {
+  FacePoint See(const Eigen::Vector3d& p) const {
     const Eigen::Vector3d d = p - plane.point;
     return {{u.dot(d), v.dot(d)}, -plane.normal.dot(d)};
   }
 };
 
 // A connected part of the face whose readings lie below it.
-struct Region {
+struct Recess {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   size_t count = 0;
   bool slot = false;  // most of its points lie on a floor at the slots' depth
@@ -41,6 +41,6 @@ struct Region {
 
 // Those no larger than the artefact's, those with the most readings first, at most 24. Holes that missing profiles or
 // columns cut in two (up to 1.25 mm) count as one.
-std::vector<Region> HolesBelow(const std::vector<Seen>& seen, const Artefact& artefact);
+std::vector<Recess> HolesBelow(const std::vector<FacePoint>& seen, const Artefact& artefact);
 
 }  // namespace sixpoint::metrology

@@ -26,7 +26,7 @@ struct Stretch {
 
 class Fitter {
  public:
-  Fitter(const PointChain& chain, const std::vector<FitPoint>& points, const FitOptions& options)
+  Fitter(const PointChain& chain, const std::vector<FitPoint>& points, const OutlineFitOptions& options)
       : chain_(chain), options_(options), points_(points) {}
 
   absl::StatusOr<FittedOutline> Run() {
@@ -225,7 +225,7 @@ class Fitter {
   }
 
   const PointChain& chain_;
-  const FitOptions& options_;
+  const OutlineFitOptions& options_;
   std::vector<FitPoint> points_;
   std::vector<OutlineCorner> corners_;
   std::vector<Stretch> stretches_;
@@ -300,7 +300,7 @@ std::vector<FitPoint> FitPointsOf(const std::vector<SectionSample>& samples, con
 }
 
 absl::StatusOr<FittedOutline> FitOutline(const PointChain& chain, const std::vector<FitPoint>& points,
-                                         const FitOptions& options) {
+                                         const OutlineFitOptions& options) {
   return Fitter(chain, points, options).Run();
 }
 

@@ -28,7 +28,7 @@ struct FittedOutline {
   std::int64_t used_count = 0, outlier_count = 0;
 };
 
-struct FitOptions {
+struct OutlineFitOptions {
   double noise_mm = 0;  // of a sample
   bool exact = false;   // no noise: windows as narrow as the points allow
   bool lean_known = false;
@@ -43,6 +43,6 @@ std::vector<FitPoint> FitPointsOf(const std::vector<SectionSample>& samples, con
                                   const PointChain& chain, bool lean_known, std::int64_t* outliers);
 
 absl::StatusOr<FittedOutline> FitOutline(const PointChain& chain, const std::vector<FitPoint>& points,
-                                         const FitOptions& options);
+                                         const OutlineFitOptions& options);
 
 }  // namespace sixpoint::metrology

@@ -78,6 +78,8 @@ absl::StatusOr<v1::CalibrationTrend> Trend(const storage::CalibrationReader& cal
   return TrendOf(request, *history);
 }
 
+v1::Calibration CalibrationOf(const storage::CalibrationRow& row) { return ToProto(row); }
+
 }  // namespace
 
 CalibrationService::CalibrationService(std::shared_ptr<storage::CalibrationStore> store,
@@ -100,7 +102,8 @@ grpc::Status CalibrationService::Calibrate(grpc::ServerContext* context, const c
     if (!result.ok()) return result.status();
     return RecordOf(RowOf(request, *inputs, *result));
   };
-  return Answer(runtime::RecordedResult<v1::Calibration>(store_.get(), call, request, caller, make, ToProto), response);
+  return Answer(runtime::RecordedResult<v1::Calibration>(store_.get(), call, request, caller, make, CalibrationOf),
+                response);
 }
 
 grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
@@ -154,8 +157,9 @@ grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext* context,
   if (!filter.ok()) return ToGrpc(filter.status());
   // What BASIC leaves out is not read.
   const auto leave_basic = [](v1::Calibration*) {};
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, ToProto, leave_basic,
-                                     response->mutable_calibrations(), response->mutable_next_page_token()));
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, CalibrationOf,
+                                     leave_basic, response->mutable_calibrations(),
+                                     response->mutable_next_page_token()));
 }
 
 grpc::Status CalibrationService::ReleaseCalibration(grpc::ServerContext* context,

@@ -92,6 +92,8 @@ v1::CorrectRequest RequestOf(const storage::CorrectionRow& row, const v1::Correc
   return request;
 }
 
+absl::StatusOr<v1::Correction> CorrectionOf(const storage::CorrectionRow& row) { return ToProto(row); }
+
 }  // namespace
 
 CorrectionService::CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
@@ -144,7 +146,7 @@ absl::StatusOr<v1::Correction> CorrectionService::CorrectOnce(const v1::CorrectR
     return record;
   };
   const auto recorded =
-      runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", request, caller, make, ToProto);
+      runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", request, caller, make, CorrectionOf);
   if (!recorded.ok()) return recorded.status();
   if (runtime::LastSegment(recorded->name()) == made_id) Metrics().recorded.Add(release);
   // Its blade may have been scrapped while it was computed.
@@ -353,9 +355,10 @@ grpc::Status CorrectionService::ReportCut(grpc::ServerContext* context, const v1
 
 grpc::Status CorrectionService::GetCorrection(grpc::ServerContext* context, const v1::GetCorrectionRequest* request,
                                               v1::Correction* response) {
-  return runtime::Answer(runtime::GetResult<v1::Correction>(*store_, runtime::DeadlineOf(*context), "corrections",
-                                                            request->name(), errors::v1::CORRECTION_NOT_FOUND, ToProto),
-                         response);
+  return runtime::Answer(
+      runtime::GetResult<v1::Correction>(*store_, runtime::DeadlineOf(*context), "corrections", request->name(),
+                                         errors::v1::CORRECTION_NOT_FOUND, CorrectionOf),
+      response);
 }
 
 grpc::Status CorrectionService::ListCorrections(grpc::ServerContext* context, const v1::ListCorrectionsRequest* request,
@@ -371,7 +374,8 @@ grpc::Status CorrectionService::ListCorrections(grpc::ServerContext* context, co
     return ToGrpc(runtime::Refuse("state", std::to_string(request->state()), "a state, or none"));
   if (request->state() != v1::CORRECTION_STATE_UNSPECIFIED)
     filter.state = v1::CorrectionState_Name(request->state()).substr(std::strlen("CORRECTION_STATE_"));
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
+  const auto basic = [](v1::Correction* result) { LeaveBasic(result); };
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, CorrectionOf, basic,
                                      response->mutable_corrections(), response->mutable_next_page_token()));
 }
 

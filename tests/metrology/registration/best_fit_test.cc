@@ -17,7 +17,7 @@ double ErrorUm(const PoseFit& fit) {
 }
 
 TEST(BestFit, RecoversThePoseOfExactSamples) {
-  const SurfaceSamples samples = Spread(*BladeSurface(), 20000, 1);
+  const SpreadSamples samples = Spread(*BladeSurface(), 20000, 1);
   const PoseFit fit = FitToBlade({PortionAtZero(Scanned(samples.points_mm, BladePose(), 0, 1))});
   EXPECT_EQ(fit.outcome, Outcome::kConverged);
   EXPECT_LT(ErrorUm(fit), 1e-3);
@@ -27,7 +27,7 @@ TEST(BestFit, RecoversThePoseOfExactSamples) {
 // Noise of 2 um on 20000 points: the bound is about 0.1 um at the worst vertex (three directions of 6 parameters, lever
 // arms of 1 to 3); four times that is never reached.
 TEST(BestFit, NoiseAveragesOut) {
-  const SurfaceSamples samples = Spread(*BladeSurface(), 20000, 2);
+  const SpreadSamples samples = Spread(*BladeSurface(), 20000, 2);
   const PoseFit fit = FitToBlade({PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 2))});
   EXPECT_EQ(fit.outcome, Outcome::kConverged);
   EXPECT_LT(ErrorUm(fit), 0.4);
@@ -35,7 +35,7 @@ TEST(BestFit, NoiseAveragesOut) {
 }
 
 TEST(BestFit, AShiftedFrameChangesNothing) {
-  const SurfaceSamples samples = Spread(*BladeSurface(), 5000, 3);
+  const SpreadSamples samples = Spread(*BladeSurface(), 5000, 3);
   const Points zero = Scanned(samples.points_mm, BladePose(), kNoiseMm, 3);
   Isometry3d shift = Isometry3d::Identity();
   shift.linear() = RotationFromVector({0.2, 0.7, -0.4});
@@ -49,7 +49,7 @@ TEST(BestFit, AShiftedFrameChangesNothing) {
 }
 
 TEST(BestFit, SameBitsOnAnyNumberOfThreads) {
-  const SurfaceSamples samples = Spread(*BladeSurface(), 12345, 4);
+  const SpreadSamples samples = Spread(*BladeSurface(), 12345, 4);
   const std::vector<ScanPortion> portions = {PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 4))};
   FitOptions options;
   options.thread_count = 1;
@@ -66,7 +66,7 @@ TEST(BestFit, SameBitsOnAnyNumberOfThreads) {
 
 // A tenth of the points anywhere, and a coherent body beside the blade (a fixture) of another tenth.
 TEST(BestFit, ForeignPointsDoNotPull) {
-  const SurfaceSamples samples = Spread(*BladeSurface(), 20000, 5);
+  const SpreadSamples samples = Spread(*BladeSurface(), 20000, 5);
   Points zero = Scanned(samples.points_mm, BladePose(), kNoiseMm, 5);
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -83,7 +83,7 @@ TEST(BestFit, ForeignPointsDoNotPull) {
 // The rest of the blade is true to CAD: the fit must find it. A plain least-squares fit goes off by tens of micrometres.
 TEST(BestFit, ACastingBumpDoesNotPull) {
   for (const Vector3d& place : {Vector3d(2, 0, 5), Vector3d(-6, 0, -8), Vector3d(5, 0, 12)}) {
-    SurfaceSamples samples = Spread(*BladeSurface(), 20000, 6);
+    SpreadSamples samples = Spread(*BladeSurface(), 20000, 6);
     for (std::size_t i = 0; i < samples.points_mm.size(); ++i) {
       const Vector3d from = samples.points_mm[i] - kPartCentreMm - place;
       if (samples.normals[i].y() < 0.35) continue;
@@ -98,7 +98,7 @@ TEST(BestFit, ACastingBumpDoesNotPull) {
 
 // A casting that deviates everywhere: the loss stays as wide as the deviation instead of following some patch.
 TEST(BestFit, ACastingThatDeviatesEverywhereKeepsItsPoints) {
-  SurfaceSamples samples = Spread(*BladeSurface(), 20000, 7);
+  SpreadSamples samples = Spread(*BladeSurface(), 20000, 7);
   for (std::size_t i = 0; i < samples.points_mm.size(); ++i) {
     const Vector3d p = samples.points_mm[i] - kPartCentreMm;
     samples.points_mm[i] += 0.1 * (std::sin(0.5 * p.x() + 1) + std::cos(0.4 * p.z() + p.y())) * samples.normals[i];
@@ -124,7 +124,7 @@ TEST(BestFit, AnotherBodyIsTooLittleOverlap) {
 }
 
 TEST(BestFit, APlaneLeavesThreeDirectionsFree) {
-  const SurfaceSamples cap =
+  const SpreadSamples cap =
       Spread(*BladeSurface(), 3000, 9, [](const SurfacePoint& on) { return on.normal.z() > 0.999; });
   const PoseFit fit = FitToBlade({PortionAtZero(Scanned(cap.points_mm, BladePose(), kNoiseMm, 9))}, {}, BladePose());
   EXPECT_EQ(fit.outcome, Outcome::kNotDetermined);
@@ -150,7 +150,7 @@ TEST(BestFit, RefusesWhatCannotBeFitted) {
 // Squared pose error in units of the stated covariance: 6 on average. Over 60 draws its mean scatters by
 // sqrt(2 * 6 / 60) = 0.45; the band is three of those.
 TEST(BestFit, StatedCovarianceIsWhatNoiseDoes) {
-  const SurfaceSamples samples = Spread(*BladeSurface(), 3000, 11);
+  const SpreadSamples samples = Spread(*BladeSurface(), 3000, 11);
   double sum = 0;
   constexpr int kDraws = 60;
   for (int draw = 0; draw < kDraws; ++draw) {
@@ -176,7 +176,7 @@ TEST(BestFit, NoPointBeyondAnEdgeHoldsAWeakDirection) {
   for (int draw = 0; draw < kDraws; ++draw) {
     const auto seed = static_cast<std::uint64_t>(draw);
     const Vector3d to_scanner = Vector3d(0.1, draw % 2 == 0 ? 1 : -1, 0).normalized();
-    const SurfaceSamples samples =
+    const SpreadSamples samples =
         Spread(*blade, 6000, seed, [&](const SurfacePoint& on) { return on.normal.dot(to_scanner) > 0.35; });
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal(0, 1);

@@ -15,7 +15,7 @@ std::vector<ScanPortion> ViewsOfBlade(const Isometry3d& zero_from_part, std::uin
   std::vector<ScanPortion> portions;
   for (int view = 0; view < view_count; ++view) {
     const Eigen::Matrix3d machine_from_zero = RotationFromVector(Vector3d(M_PI * view, 0, 0));
-    const SurfaceSamples seen = Spread(
+    const SpreadSamples seen = Spread(
         *BladeSurface(), 6000, seed + static_cast<std::uint64_t>(view),
         [&](const SurfacePoint& on) { return (machine_from_zero * zero_from_part.linear() * on.normal).z() > 0.35; });
     ScanPortion portion;

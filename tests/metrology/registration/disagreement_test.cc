@@ -89,7 +89,7 @@ TEST(Disagreement, NoiseAloneIsSeldomFlagged) {
   int beyond = 0;
   double ratios = 0;
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
-    const SurfaceSamples samples = Spread(*BladeSurface(), 60000, 100 + seed);
+    const SpreadSamples samples = Spread(*BladeSurface(), 60000, 100 + seed);
     const std::vector<ScanPortion> portions = {PortionAtZero(Scanned(samples.points_mm, BladePose(), 2e-3, seed))};
     const auto best = FitToSurface(*BladeSurface(), portions, StartPose(), {}, {});
     ASSERT_TRUE(best.ok());
@@ -122,7 +122,7 @@ TEST(DirectionInWords, NamesThePartsAxes) {
 }
 
 TEST(FreeDirectionsInWords, NamesWhatAPlaneLeavesFreeAndWhatIsNotHeldAnyway) {
-  const SurfaceSamples cap =
+  const SpreadSamples cap =
       Spread(*BladeSurface(), 3000, 9, [](const SurfacePoint& on) { return on.normal.z() > 0.999; });
   const std::vector<ScanPortion> plane = {PortionAtZero(Scanned(cap.points_mm, BladePose(), 2e-3, 9))};
   FitOptions options;
@@ -133,14 +133,14 @@ TEST(FreeDirectionsInWords, NamesWhatAPlaneLeavesFreeAndWhatIsNotHeldAnyway) {
   EXPECT_EQ(std::count(all->begin(), all->end(), ','), 2) << *all;
   options.free = {true, true, false, false, true, true};
   EXPECT_EQ(*FreeDirectionsInWords(*BladeSurface(), plane, BladePose(), 0.5, options), "shift along the part's y");
-  const SurfaceSamples whole = Spread(*BladeSurface(), 5000, 9);
+  const SpreadSamples whole = Spread(*BladeSurface(), 5000, 9);
   EXPECT_EQ(*FreeDirectionsInWords(*BladeSurface(), {PortionAtZero(Scanned(whole.points_mm, BladePose(), 2e-3, 9))},
                                    BladePose(), 0.5, {}),
             "");
 }
 
 TEST(SizeRemark, SaysWhichUnitWouldExplainTheSizes) {
-  const SurfaceSamples samples = Spread(*BladeSurface(), 5000, 3);
+  const SpreadSamples samples = Spread(*BladeSurface(), 5000, 3);
   const auto remark = [&](double scale) {
     Points points;
     for (const Vector3d& p : Scanned(samples.points_mm, BladePose(), 0, 3))

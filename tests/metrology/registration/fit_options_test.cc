@@ -99,7 +99,7 @@ TEST(DegreesOfFreedom, OneAloneMoves) {
 
 // A blade whose upper half was bent by 0.1 mm: the lower half alone, or all but the upper, stands where CAD says.
 TEST(Regions, DecideWhatCounts) {
-  SurfaceSamples samples = Spread(*BladeSurface(), 40000, 23);
+  SpreadSamples samples = Spread(*BladeSurface(), 40000, 23);
   for (Vector3d& p : samples.points_mm)
     if ((p - kPartCentreMm).z() > 0) p.y() += 0.1;
   const std::vector<ScanPortion> portions = {PortionAtZero(Scanned(samples.points_mm, BladePose(), kNoiseMm, 23))};
@@ -144,7 +144,7 @@ TEST(Regions, WithoutPointsAreRefused) {
 
 // Two scans that differ by 20 um along x: the pose lies between them by their weights.
 TEST(ScanWeights, PullByTheirShare) {
-  const SurfaceSamples samples = Spread(*BladeSurface(), 20000, 25);
+  const SpreadSamples samples = Spread(*BladeSurface(), 20000, 25);
   Points one = Scanned(samples.points_mm, BladePose(), kNoiseMm, 25), other = one;
   const Vector3d along = 0.006 * (BladePose().linear() * Vector3d::UnitY());
   for (Vector3d& p : other) p += along;
@@ -178,7 +178,7 @@ TEST(ScanWeights, AreRefusedWhereTheyMeanNothing) {
 
 // What a wrong rotation centre does: two scans of the same surface, one of them 10 um off along its normals' mean.
 TEST(Evidence, ShowsScansThatDisagree) {
-  const SurfaceSamples samples = Spread(*BladeSurface(), 40000, 27);
+  const SpreadSamples samples = Spread(*BladeSurface(), 40000, 27);
   const Points one = Scanned(samples.points_mm, BladePose(), kNoiseMm, 27);
   Points same = Scanned(samples.points_mm, BladePose(), kNoiseMm, 28), off = same;
   for (Vector3d& p : off) p += 0.01 * (BladePose().linear() * Vector3d::UnitY());
@@ -201,7 +201,7 @@ TEST(Evidence, ShowsScansThatDisagree) {
 }
 
 TEST(Evidence, ShowsTheDeviationByRegion) {
-  SurfaceSamples samples = Spread(*BladeSurface(), 40000, 29);
+  SpreadSamples samples = Spread(*BladeSurface(), 40000, 29);
   for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
     if ((samples.points_mm[i] - kPartCentreMm).z() > 14 && samples.normals[i].y() > 0.5)
       samples.points_mm[i] += 0.008 * samples.normals[i];
@@ -239,13 +239,13 @@ TEST(TipTrap, TheLossDoesNotTakeTheTipForForeign) {
   const auto is_wall = [](const SurfacePoint& on) { return std::abs(on.normal.z()) < 0.1; };
   for (const double off_mm : {0.014, 0.05, 0.3, -0.014, -0.3})
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-      SurfaceSamples samples = Spread(*surface, 49000, seed, is_wall);
+      SpreadSamples samples = Spread(*surface, 49000, seed, is_wall);
       for (std::size_t i = 0; i < samples.points_mm.size(); ++i) {
         const Vector3d& p = samples.points_mm[i];
         if (samples.normals[i].y() > 0.35)
           samples.points_mm[i] += 0.2 * std::exp(-(p.x() * p.x() + p.z() * p.z()) / (2 * 25)) * samples.normals[i];
       }
-      const SurfaceSamples tip = Spread(*surface, 1000, seed + 50, is_tip);
+      const SpreadSamples tip = Spread(*surface, 1000, seed + 50, is_tip);
       samples.points_mm.insert(samples.points_mm.end(), tip.points_mm.begin(), tip.points_mm.end());
       Isometry3d start = Isometry3d::Identity();
       start.translation().z() = off_mm;
@@ -264,11 +264,11 @@ TEST(TipTrap, TheLossDoesNotTakeTheTipForForeign) {
 TEST(TipTrap, PatchesThatAloneHoldADirectionAreKept) {
   const auto surface = Prism();
   const auto is_tip = [](const SurfacePoint& on) { return on.normal.z() > 0.9; };
-  SurfaceSamples samples = Spread(*surface, 49000, 7);
+  SpreadSamples samples = Spread(*surface, 49000, 7);
   std::vector<Vector3d> points;
   for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
     if (std::abs(samples.normals[i].z()) < 0.1) points.push_back(samples.points_mm[i]);
-  const SurfaceSamples tip = Spread(*surface, 1000, 8, is_tip);
+  const SpreadSamples tip = Spread(*surface, 1000, 8, is_tip);
   points.insert(points.end(), tip.points_mm.begin(), tip.points_mm.end());
   Isometry3d off = Isometry3d::Identity();
   off.translation().z() = 0.014;

@@ -73,7 +73,7 @@ double WholeUm(const PlacedPose& placed, const Vector3d& part_mm, const Vector3d
 TEST(ForeignCadFit, HolesThatTheCadShowsDoNotPullABlank) {
   const auto blank = DrawnSurface({}), drawn = DrawnSurface({{3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27}, 0.8});
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
-    const SurfaceSamples samples = Spread(*blank, kPoints, seed);
+    const SpreadSamples samples = Spread(*blank, kPoints, seed);
     const PoseFit with = FitToDrawn(*drawn, samples.points_mm, seed),
                   without = FitToDrawn(*blank, samples.points_mm, seed);
     ASSERT_EQ(with.outcome, Outcome::kConverged);
@@ -88,7 +88,7 @@ TEST(ForeignCadFit, HolesThatTheCadShowsDoNotPullABlank) {
 
 TEST(ForeignCadFit, ADatumBesideADrawnHoleIsSeenAsOnABlank) {
   const auto drawn = DrawnSurface({{15}, 0.5});
-  const SurfaceSamples samples = Spread(*DrawnSurface({}), 60'000, 1);
+  const SpreadSamples samples = Spread(*DrawnSurface({}), 60'000, 1);
   const ScanPortion portion = PortionAtZero(Scanned(samples.points_mm, Pose(), kNoiseMm, 1));
   const Vector3d datum(0.8, -2.5, 15);
   const LocalHeight height = HeightAt(*drawn, {portion}, datum, {0, -1, 0}, Pose(), MachineCalibration(), 0.5e-3);
@@ -101,7 +101,7 @@ TEST(ForeignCadFit, AGapHardlyMovesTheWholePart) {
   const auto gapped = DrawnSurface({{}, 0.5, 0.06});
   int beyond = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    SurfaceSamples samples = Spread(*gapped, kPoints, seed);
+    SpreadSamples samples = Spread(*gapped, kPoints, seed);
     std::mt19937_64 random(seed);
     const double share = std::uniform_real_distribution<double>(-1, 1)(random);
     for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
@@ -129,13 +129,13 @@ TEST(ForeignCadFit, ALocalFitAtAGapIsAsUncertainAsTheGap) {
   const auto near_to = [&](const Vector3d& place) {
     return Spread(*gapped, 400, 1, [&](const SurfacePoint& on) { return (on.point_mm - place).norm() < 0.9; });
   };
-  const SurfaceSamples at_gap = near_to(at), beside = near_to(elsewhere);
+  const SpreadSamples at_gap = near_to(at), beside = near_to(elsewhere);
   for (std::uint64_t seed = 1; seed <= kTrials; ++seed) {
     std::mt19937_64 random(seed);
     const double share = std::uniform_real_distribution<double>(-1, 1)(random);
     for (const bool near : {true, false}) {
       const Vector3d& about = near ? at : elsewhere;
-      SurfaceSamples samples = near ? at_gap : beside;
+      SpreadSamples samples = near ? at_gap : beside;
       for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
         samples.points_mm[i] += share * gapped->GapNear(samples.points_mm[i]) * samples.normals[i];
       const std::vector<ScanPortion> portions = {PortionAtZero(Scanned(samples.points_mm, Pose(), kNoiseMm, seed))};
@@ -165,7 +165,7 @@ TEST(ForeignCadFit, ALocalFitAtAGapIsAsUncertainAsTheGap) {
 // The blank of a blade without its platform, 0.3 mm outside it but for a pit of 0.1 mm below it, whose walls were not seen: the pose that gives
 // way to it rests on the CAD there.
 AllowanceFit FitBlankWithPit(const Surface& surface, const Vector3d& pit_mm, double share, std::uint64_t seed) {
-  const SurfaceSamples samples = Spread(surface, kPoints, seed);
+  const SpreadSamples samples = Spread(surface, kPoints, seed);
   Points points_mm;
   for (std::size_t i = 0; i < samples.points_mm.size(); ++i) {
     const Vector3d on = samples.points_mm[i];

@@ -60,7 +60,7 @@ struct Seen {
 
 // One side of the blade, which holds its span by its curvature alone.
 Seen FitOneSide(double form_mm, double wave_mm, std::uint64_t seed) {
-  SurfaceSamples samples =
+  SpreadSamples samples =
       Spread(*BladeSurface(), 15000, seed, [](const SurfacePoint& on) { return on.normal.y() > 0.2; });
   for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
     samples.points_mm[i] += form_mm * WavesAt(samples.points_mm[i], wave_mm, seed) * samples.normals[i];

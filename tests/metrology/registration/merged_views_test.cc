@@ -32,7 +32,7 @@ std::vector<ScanPortion> ViewsAbout(const MachineCalibration& believed, const Ei
     scan.id = "view " + std::to_string(view);
     scan.b_rad = M_PI / 2 * view;
     const Eigen::Isometry3d machine_from_part = truth.MachineFromZero(0, scan.b_rad) * BladePose();
-    const SurfaceSamples seen =
+    const SpreadSamples seen =
         Spread(*BladeSurface(), 5000, 10 * seed + static_cast<std::uint64_t>(view),
                [&](const SurfacePoint& on) { return (machine_from_part.linear() * on.normal).z() > 0.2; });
     scan.points_mm = Scanned(seen.points_mm, machine_from_part, kNoiseMm, 10 * seed + static_cast<std::uint64_t>(view));

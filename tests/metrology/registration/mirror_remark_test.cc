@@ -35,7 +35,7 @@ std::vector<ScanPortion> ViewsOfBody(
   std::vector<ScanPortion> portions;
   for (int view = 0; view < view_count; ++view) {
     const Matrix3d sensor_from_zero = RotationFromVector(Vector3d(M_PI * view, 0, 0));
-    SurfaceSamples seen = Spread(
+    SpreadSamples seen = Spread(
         body, kViewPoints, 2 * seed + static_cast<std::uint64_t>(view),
         [&](const SurfacePoint& on) { return (sensor_from_zero * zero_from_body.linear() * on.normal).z() > 0.35; });
     if (changed)

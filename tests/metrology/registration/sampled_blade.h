@@ -38,12 +38,12 @@ inline Eigen::Isometry3d StartPose() {
 }
 
 // Points spread over the surface by area, in the part frame, and the normals there.
-struct SurfaceSamples {
+struct SpreadSamples {
   Points points_mm;
   Points normals;
 };
-inline SurfaceSamples Spread(const Surface& surface, std::size_t count, std::uint64_t seed,
-                             const std::function<bool(const SurfacePoint&)>& wanted = nullptr) {
+inline SpreadSamples Spread(const Surface& surface, std::size_t count, std::uint64_t seed,
+                            const std::function<bool(const SurfacePoint&)>& wanted = nullptr) {
   const TriangleMesh& mesh = surface.mesh();
   std::vector<double> areas;
   for (const auto& t : mesh.triangles) {
@@ -53,7 +53,7 @@ inline SurfaceSamples Spread(const Surface& surface, std::size_t count, std::uin
   std::mt19937_64 random(seed);
   std::discrete_distribution<std::size_t> pick(areas.begin(), areas.end());
   std::uniform_real_distribution<double> unit(0, 1);
-  SurfaceSamples samples;
+  SpreadSamples samples;
   while (samples.points_mm.size() < count) {
     const auto& t = mesh.triangles[pick(random)];
     const double r = std::sqrt(unit(random)), s = unit(random);

@@ -25,7 +25,7 @@ struct FittedScan {
   PoseFit best_fit;
 };
 
-FittedScan FitScan(const SurfaceSamples& samples, double noise_mm) {
+FittedScan FitScan(const SpreadSamples& samples, double noise_mm) {
   FittedScan registered;
   registered.portions = {PortionAtZero(Scanned(samples.points_mm, BladePose(), noise_mm, 21))};
   auto fit = FitToSurface(*BladeSurface(), registered.portions, StartPose(), {}, {});
@@ -50,7 +50,7 @@ TEST(SixPoint, KeepsThePoseOfATruePart) {
 
 // A part that is 50 um too thick on one side only: along the normals the pose must take all six distances to zero.
 TEST(SixPoint, NormalsTakeEveryDistanceToZero) {
-  SurfaceSamples samples = Spread(*BladeSurface(), 150000, 22);
+  SpreadSamples samples = Spread(*BladeSurface(), 150000, 22);
   for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
     if (samples.normals[i].y() > 0) samples.points_mm[i] += 0.05 * samples.normals[i];
   const FittedScan registered = FitScan(samples, 0);

@@ -81,7 +81,7 @@ std::vector<ScanPortion> Scan(const Fixture& fixture, const std::vector<Isometry
     };
     for (std::size_t k = 0; k < truth.size(); ++k) {
       if (k == absent) continue;
-      const SurfaceSamples samples = Spread(*BladeSurface(), kPointsOfBlade, (*random)());
+      const SpreadSamples samples = Spread(*BladeSurface(), kPointsOfBlade, (*random)());
       for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
         if ((truth[k].linear() * samples.normals[i]).dot(to_scanner) > 0.25)
           add(truth[k], samples.points_mm[i] - kPartCentreMm);
@@ -228,7 +228,7 @@ TEST(Station, AnEmptyNestIsToldByTheSideItIsSeenFrom) {
     portion.id = "nest";
     portion.zero_from_sensor.linear() =
         Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), from_above ? up : -up).toRotationMatrix();
-    const SurfaceSamples samples = Spread(*BladeSurface(), 20'000, 1);
+    const SpreadSamples samples = Spread(*BladeSurface(), 20'000, 1);
     for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
       if ((nominal.linear() * samples.normals[i]).dot(up) < -0.2)
         portion.sensor.Add(portion.zero_from_sensor.linear().transpose() *
