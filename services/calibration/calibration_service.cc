@@ -78,8 +78,6 @@ absl::StatusOr<v1::CalibrationTrend> Trend(const storage::CalibrationReader& cal
   return TrendOf(request, *history);
 }
 
-v1::Calibration CalibrationOf(const storage::CalibrationRow& row) { return ToProto(row); }
-
 }  // namespace
 
 CalibrationService::CalibrationService(std::shared_ptr<storage::CalibrationStore> store,
@@ -102,8 +100,7 @@ grpc::Status CalibrationService::Calibrate(grpc::ServerContext* context, const c
     if (!result.ok()) return result.status();
     return RecordOf(RowOf(request, *inputs, *result));
   };
-  return Answer(runtime::RecordedResult<v1::Calibration>(store_.get(), call, request, caller, make, CalibrationOf),
-                response);
+  return Answer(runtime::RecordedResult<v1::Calibration>(store_.get(), call, request, caller, make, ToProto), response);
 }
 
 grpc::Status CalibrationService::CalibrateSensor(grpc::ServerContext* context,
@@ -140,8 +137,7 @@ grpc::Status CalibrationService::GetCalibration(grpc::ServerContext* context, co
   const auto found = store_->Find(*id, runtime::DeadlineOf(*context));
   if (!found.ok()) return ToGrpc(found.status());
   if (!found->has_value()) return ToGrpc(NotRecorded(request->name()));
-  *response = ToProto(**found);
-  return grpc::Status::OK;
+  return Answer(ToProto(**found), response);
 }
 
 grpc::Status CalibrationService::GetCalibrationInForce(grpc::ServerContext* context,
@@ -157,9 +153,8 @@ grpc::Status CalibrationService::ListCalibrations(grpc::ServerContext* context,
   if (!filter.ok()) return ToGrpc(filter.status());
   // What BASIC leaves out is not read.
   const auto leave_basic = [](v1::Calibration*) {};
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, CalibrationOf,
-                                     leave_basic, response->mutable_calibrations(),
-                                     response->mutable_next_page_token()));
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, ToProto, leave_basic,
+                                     response->mutable_calibrations(), response->mutable_next_page_token()));
 }
 
 grpc::Status CalibrationService::ReleaseCalibration(grpc::ServerContext* context,
@@ -170,8 +165,8 @@ grpc::Status CalibrationService::ReleaseCalibration(grpc::ServerContext* context
   const absl::StatusOr<storage::CalibrationRow> released = store_->Release(
       runtime::RecordedRequestOf("calibration.ReleaseCalibration", *request, runtime::TraceIdOf(*context)), *decision,
       runtime::DeadlineOf(*context));
-  if (released.ok()) *response = ToProto(*released);
-  return ToGrpc(released.status());
+  if (!released.ok()) return ToGrpc(released.status());
+  return Answer(ToProto(*released), response);
 }
 
 grpc::Status CalibrationService::WithdrawCalibration(grpc::ServerContext* context,
@@ -184,8 +179,8 @@ grpc::Status CalibrationService::WithdrawCalibration(grpc::ServerContext* contex
   const absl::StatusOr<storage::WithdrawnCalibrationRow> withdrawn = store_->Withdraw(
       runtime::RecordedRequestOf("calibration.WithdrawCalibration", *request, runtime::TraceIdOf(*context)), *decision,
       runtime::DeadlineOf(*context));
-  if (withdrawn.ok()) *response = WithdrawalOf(*withdrawn);
-  return ToGrpc(withdrawn.status());
+  if (!withdrawn.ok()) return ToGrpc(withdrawn.status());
+  return Answer(ToProto(*withdrawn), response);
 }
 
 grpc::Status CalibrationService::GetCalibrationTrend(grpc::ServerContext* context,

@@ -4,10 +4,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "metrology/kinematics/calibration_parameters.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
 
@@ -203,7 +205,7 @@ void JudgementsToProto(const std::string& judgements_json, v1::Calibration* out)
   }
 }
 
-void StateToProto(const storage::CalibrationRow& row, v1::Calibration* out) {
+absl::Status StateToProto(const storage::CalibrationRow& row, v1::Calibration* out) {
   out->set_state(ToProto(row.state));
   if (!row.superseded_by.empty()) out->set_superseded_by(runtime::NameOf("calibrations", row.superseded_by));
   if (row.release) EventToProto(*row.release, out->mutable_release());
@@ -212,19 +214,21 @@ void StateToProto(const storage::CalibrationRow& row, v1::Calibration* out) {
   if (row.interim) {
     v1::InterimState* interim = out->mutable_interim_check();
     interim->set_study(runtime::NameOf("studies", row.interim->study_id));
-    v1::StudyVerdict verdict = v1::STUDY_VERDICT_UNSPECIFIED;
-    v1::StudyVerdict_Parse("STUDY_VERDICT_" + row.interim->verdict, &verdict);
-    interim->set_verdict(verdict);
+    const auto verdict =
+        runtime::StoredEnum(v1::StudyVerdict_Parse, "STUDY_VERDICT_" + row.interim->verdict, interim->study());
+    if (!verdict.ok()) return verdict.status();
+    interim->set_verdict(*verdict);
     if (row.interim->stood_until) runtime::ToProto(*row.interim->stood_until, interim->mutable_stood_until());
   }
   const storage::EnvironmentRow& environment = row.environment;
-  if (!environment.temperature_c && !environment.humidity_percent && environment.note.empty()) return;
+  if (!environment.temperature_c && !environment.humidity_percent && environment.note.empty()) return absl::OkStatus();
   v1::Environment* message = out->mutable_environment();
   if (environment.temperature_c) message->set_temperature_c(*environment.temperature_c);
   if (environment.temperature_standard_uncertainty_c)
     message->set_temperature_standard_uncertainty_c(*environment.temperature_standard_uncertainty_c);
   if (environment.humidity_percent) message->set_humidity_percent(*environment.humidity_percent);
   message->set_note(environment.note);
+  return absl::OkStatus();
 }
 
 void AddResting(const std::vector<storage::JournalEntry>& derived, v1::WithdrawCalibrationResponse* response) {
@@ -247,7 +251,7 @@ void AddResting(const std::vector<storage::JournalEntry>& derived, v1::WithdrawC
 
 }  // namespace
 
-v1::Calibration ToProto(const storage::CalibrationRow& row) {
+absl::StatusOr<v1::Calibration> ToProto(const storage::CalibrationRow& row) {
   v1::Calibration out;
   out.set_name(row.name());
   out.set_machine(runtime::NameOf("machines", row.machine_id));
@@ -267,13 +271,15 @@ v1::Calibration ToProto(const storage::CalibrationRow& row) {
   if (row.rotation) RotationToProto(*row.rotation, out.mutable_rotation());
   if (row.probe) ProbeToProto(*row.probe, out.mutable_probe());
   if (row.axis) AxisToProto(*row.axis, out.mutable_axis());
-  StateToProto(row, &out);
+  if (absl::Status status = StateToProto(row, &out); !status.ok()) return status;
   return out;
 }
 
-v1::WithdrawCalibrationResponse WithdrawalOf(const storage::WithdrawnCalibrationRow& row) {
+absl::StatusOr<v1::WithdrawCalibrationResponse> ToProto(const storage::WithdrawnCalibrationRow& row) {
   v1::WithdrawCalibrationResponse response;
-  *response.mutable_calibration() = ToProto(row.calibration);
+  absl::StatusOr<v1::Calibration> calibration = ToProto(row.calibration);
+  if (!calibration.ok()) return calibration.status();
+  *response.mutable_calibration() = *std::move(calibration);
   AddResting(row.resting, &response);
   if (row.in_force) response.set_in_force(row.in_force->name());
   return response;

@@ -18,8 +18,6 @@ namespace {
 
 using runtime::ToGrpc;
 
-absl::StatusOr<v1::Study> ToStudy(const storage::StudyRow& row) { return ToProto(row); }
-
 void LeaveBasic(v1::Study* study) {
   if (study->has_gauge()) study->mutable_gauge()->clear_stations();
 }
@@ -45,7 +43,7 @@ grpc::Status StudyService::Run(grpc::ServerContext* context, const char* call, c
     if (!study.ok()) return study.status();
     return RecordOf(request, *std::move(study));
   };
-  return runtime::Answer(runtime::RecordedResult<v1::Study>(store_.get(), call, request, caller, make, ToStudy),
+  return runtime::Answer(runtime::RecordedResult<v1::Study>(store_.get(), call, request, caller, make, ToProto),
                          response);
 }
 
@@ -82,7 +80,7 @@ grpc::Status StudyService::RunInterimCheck(grpc::ServerContext* context, const v
 grpc::Status StudyService::GetStudy(grpc::ServerContext* context, const v1::GetStudyRequest* request,
                                     v1::Study* response) {
   return runtime::Answer(runtime::GetResult<v1::Study>(*store_, runtime::DeadlineOf(*context), "studies",
-                                                       request->name(), errors::v1::STUDY_NOT_FOUND, ToStudy),
+                                                       request->name(), errors::v1::STUDY_NOT_FOUND, ToProto),
                          response);
 }
 
@@ -91,7 +89,7 @@ grpc::Status StudyService::ListStudies(grpc::ServerContext* context, const v1::L
   absl::StatusOr<storage::StudyFilter> filter = FilterOf(*request);
   if (!filter.ok()) return ToGrpc(filter.status());
   filter->reader = runtime::ReaderOf(*context);
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, ToStudy, LeaveBasic,
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, *filter, ToProto, LeaveBasic,
                                      response->mutable_studies(), response->mutable_next_page_token()));
 }
 

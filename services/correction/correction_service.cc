@@ -92,8 +92,6 @@ v1::CorrectRequest RequestOf(const storage::CorrectionRow& row, const v1::Correc
   return request;
 }
 
-absl::StatusOr<v1::Correction> CorrectionOf(const storage::CorrectionRow& row) { return ToProto(row); }
-
 }  // namespace
 
 CorrectionService::CorrectionService(std::shared_ptr<storage::CorrectionStore> store,
@@ -146,7 +144,7 @@ absl::StatusOr<v1::Correction> CorrectionService::CorrectOnce(const v1::CorrectR
     return record;
   };
   const auto recorded =
-      runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", request, caller, make, CorrectionOf);
+      runtime::RecordedResult<v1::Correction>(store_.get(), "correction.Correct", request, caller, make, ToProto);
   if (!recorded.ok()) return recorded.status();
   if (runtime::LastSegment(recorded->name()) == made_id) Metrics().recorded.Add(release);
   // Its blade may have been scrapped while it was computed.
@@ -155,9 +153,10 @@ absl::StatusOr<v1::Correction> CorrectionService::CorrectOnce(const v1::CorrectR
   made = made && !scrapped->has_value();
   // What it is now, of a new one too: what it rests on may have been withdrawn. A program leaves with what made it; a retry may come
   // hours later, and asks FetchProgram.
-  return runtime::GetResult<v1::Correction>(
-      *store_, caller.deadline, "corrections", recorded->name(), errors::v1::CORRECTION_NOT_FOUND,
-      [made](const storage::CorrectionRow& row) { return made ? WithProgram(row) : ToProto(row); });
+  runtime::RowMessage<v1::Correction, storage::CorrectionRow>::Maker message = ToProto;
+  if (made) message = WithProgram;
+  return runtime::GetResult<v1::Correction>(*store_, caller.deadline, "corrections", recorded->name(),
+                                            errors::v1::CORRECTION_NOT_FOUND, message);
 }
 
 absl::StatusOr<Inputs> CorrectionService::OnItsShape(absl::StatusOr<Inputs> inputs,
@@ -355,10 +354,9 @@ grpc::Status CorrectionService::ReportCut(grpc::ServerContext* context, const v1
 
 grpc::Status CorrectionService::GetCorrection(grpc::ServerContext* context, const v1::GetCorrectionRequest* request,
                                               v1::Correction* response) {
-  return runtime::Answer(
-      runtime::GetResult<v1::Correction>(*store_, runtime::DeadlineOf(*context), "corrections", request->name(),
-                                         errors::v1::CORRECTION_NOT_FOUND, CorrectionOf),
-      response);
+  return runtime::Answer(runtime::GetResult<v1::Correction>(*store_, runtime::DeadlineOf(*context), "corrections",
+                                                            request->name(), errors::v1::CORRECTION_NOT_FOUND, ToProto),
+                         response);
 }
 
 grpc::Status CorrectionService::ListCorrections(grpc::ServerContext* context, const v1::ListCorrectionsRequest* request,
@@ -374,8 +372,7 @@ grpc::Status CorrectionService::ListCorrections(grpc::ServerContext* context, co
     return ToGrpc(runtime::Refuse("state", std::to_string(request->state()), "a state, or none"));
   if (request->state() != v1::CORRECTION_STATE_UNSPECIFIED)
     filter.state = v1::CorrectionState_Name(request->state()).substr(std::strlen("CORRECTION_STATE_"));
-  const auto basic = [](v1::Correction* result) { LeaveBasic(result); };
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, CorrectionOf, basic,
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_corrections(), response->mutable_next_page_token()));
 }
 

@@ -22,12 +22,10 @@ namespace {
 
 using runtime::ToGrpc;
 
-absl::StatusOr<v1::MachiningPass> PassMessageOf(const storage::MachiningPassRow& row) { return ToProto(row); }
-
 absl::StatusOr<v1::MachiningPass> Find(const storage::MachiningPassStore& store, storage::Deadline deadline,
                                        const std::string& name) {
   return runtime::GetResult<v1::MachiningPass>(store, deadline, "machining_passes", name,
-                                               errors::v1::MACHINING_PASS_NOT_FOUND, PassMessageOf);
+                                               errors::v1::MACHINING_PASS_NOT_FOUND, ToProto);
 }
 
 absl::Status CheckOrder(const v1::NextPassRequest& request) {
@@ -95,7 +93,7 @@ grpc::Status MachiningPassService::NextPass(grpc::ServerContext* context, const 
   if (!slot.ok()) return ToGrpc(slot.status());
   return runtime::Answer(runtime::RecordedResult<v1::MachiningPass>(
                              shapes_.passes.get(), "correction.NextPass", *request, caller,
-                             [&] { return Make(*request, true, caller); }, PassMessageOf),
+                             [&] { return Make(*request, true, caller); }, ToProto),
                          response);
 }
 
@@ -153,9 +151,9 @@ grpc::Status MachiningPassService::ListMachiningPasses(grpc::ServerContext* cont
   if (request->outcome() != v1::MACHINING_PASS_OUTCOME_UNSPECIFIED)
     if (absl::Status status = runtime::ReadWord("outcome", request->outcome(), &filter.outcome); !status.ok())
       return ToGrpc(status);
-  const auto basic = [](v1::MachiningPass* one) { LeaveBasic(one); };
-  return ToGrpc(runtime::ListResults(*shapes_.passes, runtime::DeadlineOf(*context), *request, filter, PassMessageOf,
-                                     basic, response->mutable_machining_passes(), response->mutable_next_page_token()));
+  return ToGrpc(runtime::ListResults(*shapes_.passes, runtime::DeadlineOf(*context), *request, filter, ToProto,
+                                     LeaveBasic, response->mutable_machining_passes(),
+                                     response->mutable_next_page_token()));
 }
 
 grpc::Status MachiningPassService::DownloadPassPatches(grpc::ServerContext* context,

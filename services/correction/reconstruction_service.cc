@@ -22,14 +22,10 @@ using runtime::ToGrpc;
 
 constexpr std::size_t kBytesOfPiece = std::size_t{1} << 20;
 
-absl::StatusOr<v1::Reconstruction> ReconstructionMessageOf(const storage::ReconstructionRow& row) {
-  return ToProto(row);
-}
-
 absl::StatusOr<v1::Reconstruction> Find(const storage::ReconstructionStore& store, storage::Deadline deadline,
                                         const std::string& name) {
   return runtime::GetResult<v1::Reconstruction>(store, deadline, "reconstructions", name,
-                                                errors::v1::RECONSTRUCTION_NOT_FOUND, ReconstructionMessageOf);
+                                                errors::v1::RECONSTRUCTION_NOT_FOUND, ToProto);
 }
 
 }  // namespace
@@ -50,7 +46,7 @@ grpc::Status ReconstructionService::Reconstruct(grpc::ServerContext* context, co
   if (!slot.ok()) return ToGrpc(slot.status());
   return runtime::Answer(runtime::RecordedResult<v1::Reconstruction>(
                              store_.get(), "correction.Reconstruct", *request, caller,
-                             [&] { return Make(*request, true, caller); }, ReconstructionMessageOf),
+                             [&] { return Make(*request, true, caller); }, ToProto),
                          response);
 }
 
@@ -83,9 +79,8 @@ grpc::Status ReconstructionService::ListReconstructions(grpc::ServerContext* con
   if (request->outcome() != v1::RECONSTRUCTION_OUTCOME_UNSPECIFIED)
     if (absl::Status status = runtime::ReadWord("outcome", request->outcome(), &filter.outcome); !status.ok())
       return ToGrpc(status);
-  const auto basic = [](v1::Reconstruction* one) { LeaveBasic(one); };
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ReconstructionMessageOf,
-                                     basic, response->mutable_reconstructions(), response->mutable_next_page_token()));
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
+                                     response->mutable_reconstructions(), response->mutable_next_page_token()));
 }
 
 grpc::Status ReconstructionService::DownloadBlankPatches(grpc::ServerContext* context,

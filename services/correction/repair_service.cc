@@ -18,12 +18,9 @@ namespace {
 
 using runtime::ToGrpc;
 
-absl::StatusOr<v1::Repair> RepairMessageOf(const storage::RepairRow& row) { return ToProto(row); }
-
 absl::StatusOr<v1::Repair> Find(const storage::RepairStore& store, storage::Deadline deadline,
                                 const std::string& name) {
-  return runtime::GetResult<v1::Repair>(store, deadline, "repairs", name, errors::v1::REPAIR_NOT_FOUND,
-                                        RepairMessageOf);
+  return runtime::GetResult<v1::Repair>(store, deadline, "repairs", name, errors::v1::REPAIR_NOT_FOUND, ToProto);
 }
 
 // parts: of the repair of that name, which has some.
@@ -53,7 +50,7 @@ grpc::Status RepairService::PlanRepair(grpc::ServerContext* context, const v1::P
   if (!slot.ok()) return ToGrpc(slot.status());
   return runtime::Answer(runtime::RecordedResult<v1::Repair>(
                              store_.get(), "correction.PlanRepair", *request, caller,
-                             [&] { return Make(*request, true, caller); }, RepairMessageOf),
+                             [&] { return Make(*request, true, caller); }, ToProto),
                          response);
 }
 
@@ -79,8 +76,7 @@ grpc::Status RepairService::ListRepairs(grpc::ServerContext* context, const v1::
   storage::RepairFilter filter;
   if (absl::Status status = runtime::ReadFilter(*request, &filter); !status.ok()) return ToGrpc(status);
   filter.reader = runtime::ReaderOf(*context);
-  const auto basic = [](v1::Repair* one) { LeaveBasic(one); };
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, RepairMessageOf, basic,
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_repairs(), response->mutable_next_page_token()));
 }
 

@@ -165,7 +165,7 @@ grpc::Status CloudStoreService::SetRetentionPolicy(grpc::ServerContext* context,
   };
   absl::StatusOr<v1::RetentionPolicy> set = runtime::RecordedResult<v1::RetentionPolicy>(
       retention_.get(), "ingest.SetRetentionPolicy", *request, runtime::CallerOf(*context), make,
-      [](const storage::RetentionPolicy& policy) { return ToProto(policy); });
+      [](const storage::RetentionPolicy& policy) -> absl::StatusOr<v1::RetentionPolicy> { return ToProto(policy); });
   if (set.ok()) *response = *std::move(set);
   return ToGrpc(set.status());
 }

@@ -33,9 +33,8 @@ absl::StatusOr<AssessedResult> FetchResult(const std::string& name, const Assess
   AssessedResult result;
   const std::string collection = CollectionOf(name);
   if (collection == "measurements") {
-    auto measurement = runtime::GetResult<v1::Measurement>(
-        *stores.measurements, caller.deadline, collection, name, errors::v1::MEASUREMENT_NOT_FOUND,
-        [](const storage::MeasurementRow& row) { return ToProto(row); });
+    auto measurement = runtime::GetResult<v1::Measurement>(*stores.measurements, caller.deadline, collection, name,
+                                                           errors::v1::MEASUREMENT_NOT_FOUND, ToProto);
     if (!measurement.ok()) return measurement.status();
     result.result = *std::move(measurement);
     result.IndexPlaces();
@@ -51,16 +50,13 @@ absl::StatusOr<AssessedResult> FetchResult(const std::string& name, const Assess
   absl::Status taken;
   if (collection == "inspections")
     taken = take(runtime::GetResult<v1::Inspection>(*stores.inspections, caller.deadline, collection, name,
-                                                    errors::v1::INSPECTION_NOT_FOUND,
-                                                    [](const storage::InspectionRow& row) { return ToProto(row); }));
+                                                    errors::v1::INSPECTION_NOT_FOUND, ToProto));
   else if (collection == "deviations")
-    taken = take(runtime::GetResult<v1::DeviationMap>(
-        *stores.deviations, caller.deadline, collection, name, errors::v1::DEVIATION_MAP_NOT_FOUND,
-        [](const storage::DeviationMapRow& row) { return ToProto(row); }));
+    taken = take(runtime::GetResult<v1::DeviationMap>(*stores.deviations, caller.deadline, collection, name,
+                                                      errors::v1::DEVIATION_MAP_NOT_FOUND, ToProto));
   else
-    taken = take(runtime::GetResult<v1::SectionMeasurement>(
-        *stores.sections, caller.deadline, collection, name, errors::v1::SECTION_MEASUREMENT_NOT_FOUND,
-        [](const storage::SectionMeasurementRow& row) { return ToProto(row); }));
+    taken = take(runtime::GetResult<v1::SectionMeasurement>(*stores.sections, caller.deadline, collection, name,
+                                                            errors::v1::SECTION_MEASUREMENT_NOT_FOUND, ToProto));
   if (!taken.ok()) return taken;
   auto fetched = peers.registrations.Get(registration, caller.make_context());
   if (!fetched.ok()) return fetched.status();

@@ -22,8 +22,6 @@ namespace {
 
 using runtime::ToGrpc;
 
-absl::StatusOr<v1::Assessment> AssessmentOf(const storage::AssessmentRow& row) { return ToProto(row); }
-
 absl::Status CheckPlan(const v1::PlanAssessmentRequest& request) {
   runtime::Refusals refusals;
   refusals.Add(runtime::RevisedIdOf("drawing", "drawings", request.drawing()).status());
@@ -106,10 +104,10 @@ grpc::Status AssessmentService::AssessBlade(grpc::ServerContext* context, const 
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
-  return runtime::Answer(runtime::RecordedResult<v1::Assessment>(
-                             store_.get(), "inspection.AssessBlade", *request, caller,
-                             [&] { return Make(*request, caller); }, AssessmentOf),
-                         response);
+  return runtime::Answer(
+      runtime::RecordedResult<v1::Assessment>(
+          store_.get(), "inspection.AssessBlade", *request, caller, [&] { return Make(*request, caller); }, ToProto),
+      response);
 }
 
 absl::StatusOr<runtime::Made<storage::AssessmentRow>> AssessmentService::Make(const v1::AssessBladeRequest& request,
@@ -123,10 +121,9 @@ absl::StatusOr<runtime::Made<storage::AssessmentRow>> AssessmentService::Make(co
 
 grpc::Status AssessmentService::GetAssessment(grpc::ServerContext* context, const v1::GetAssessmentRequest* request,
                                               v1::Assessment* response) {
-  return runtime::Answer(
-      runtime::GetResult<v1::Assessment>(*store_, runtime::DeadlineOf(*context), "assessments", request->name(),
-                                         errors::v1::ASSESSMENT_NOT_FOUND, AssessmentOf),
-      response);
+  return runtime::Answer(runtime::GetResult<v1::Assessment>(*store_, runtime::DeadlineOf(*context), "assessments",
+                                                            request->name(), errors::v1::ASSESSMENT_NOT_FOUND, ToProto),
+                         response);
 }
 
 grpc::Status AssessmentService::ListAssessments(grpc::ServerContext* context, const v1::ListAssessmentsRequest* request,
@@ -137,8 +134,7 @@ grpc::Status AssessmentService::ListAssessments(grpc::ServerContext* context, co
   if (!verdict.ok()) return ToGrpc(verdict.status());
   filter.verdict = *verdict;
   filter.reader = runtime::ReaderOf(*context);
-  const auto basic = [](v1::Assessment* assessment) { LeaveBasic(assessment); };
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, AssessmentOf, basic,
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_assessments(), response->mutable_next_page_token()));
 }
 
@@ -147,7 +143,7 @@ grpc::Status AssessmentService::ReplayAssessment(grpc::ServerContext* context,
                                                  replay::v1::Replay* response) {
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto recorded = runtime::GetResult<v1::Assessment>(*store_, caller.deadline, "assessments", request->name(),
-                                                           errors::v1::ASSESSMENT_NOT_FOUND, AssessmentOf);
+                                                           errors::v1::ASSESSMENT_NOT_FOUND, ToProto);
   if (!recorded.ok()) return ToGrpc(recorded.status());
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());

@@ -23,8 +23,6 @@ using runtime::ToGrpc;
 
 constexpr std::size_t kPatchesOfMessage = 10'000;
 
-absl::StatusOr<v1::DeviationMap> MapOf(const storage::DeviationMapRow& row) { return ToProto(row); }
-
 absl::Status NotRecorded(const std::string& name) {
   return runtime::Failure(errors::v1::DEVIATION_MAP_NOT_FOUND, "name: " + name + ", want one of the stored deviations",
                           {{"resource", name}});
@@ -48,7 +46,7 @@ grpc::Status DeviationService::MapDeviation(grpc::ServerContext* context, const 
   if (!slot.ok()) return ToGrpc(slot.status());
   return runtime::Answer(runtime::RecordedResult<v1::DeviationMap>(
                              store_.get(), "inspection.MapDeviation", *request, caller,
-                             [&] { return Make(*request, true, caller); }, MapOf),
+                             [&] { return Make(*request, true, caller); }, ToProto),
                          response);
 }
 
@@ -71,7 +69,7 @@ grpc::Status DeviationService::GetDeviationMap(grpc::ServerContext* context, con
                                                v1::DeviationMap* response) {
   return runtime::Answer(
       runtime::GetResult<v1::DeviationMap>(*store_, runtime::DeadlineOf(*context), "deviations", request->name(),
-                                           errors::v1::DEVIATION_MAP_NOT_FOUND, MapOf),
+                                           errors::v1::DEVIATION_MAP_NOT_FOUND, ToProto),
       response);
 }
 
@@ -84,8 +82,7 @@ grpc::Status DeviationService::ListDeviationMaps(grpc::ServerContext* context,
   absl::StatusOr<std::string> verdict = VerdictFilterOf(request->verdict());
   if (!verdict.ok()) return ToGrpc(verdict.status());
   filter.verdict = *std::move(verdict);
-  const auto basic = [](v1::DeviationMap* map) { LeaveBasic(map); };
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, MapOf, basic,
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_deviations(), response->mutable_next_page_token()));
 }
 
@@ -131,7 +128,7 @@ grpc::Status DeviationService::ReplayDeviationMap(grpc::ServerContext* context,
                                                   replay::v1::Replay* response) {
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto recorded = runtime::GetResult<v1::DeviationMap>(*store_, caller.deadline, "deviations", request->name(),
-                                                             errors::v1::DEVIATION_MAP_NOT_FOUND, MapOf);
+                                                             errors::v1::DEVIATION_MAP_NOT_FOUND, ToProto);
   return runtime::Answer(clients::ReplayRegistered(recorded, *peers_, caller, &running_,
                                                    [&](const v1::DeviationMap& of) -> absl::StatusOr<v1::DeviationMap> {
                                                      const auto made = Make(RequestOf(of), false, caller);

@@ -27,8 +27,6 @@ namespace {
 constexpr std::int64_t kWorthNearCells =
     1'000'000;  // points of an inspection: some such later, making them is paid back
 
-absl::StatusOr<v1::Inspection> InspectionOf(const storage::InspectionRow& row) { return ToProto(row); }
-
 }  // namespace
 
 using runtime::ToGrpc;
@@ -67,7 +65,7 @@ absl::StatusOr<v1::Inspection> InspectionService::InspectOnce(const char* call, 
     }
     return made;
   };
-  auto recorded = runtime::RecordedResult<v1::Inspection>(store_.get(), call, request, caller, make, InspectionOf);
+  auto recorded = runtime::RecordedResult<v1::Inspection>(store_.get(), call, request, caller, make, ToProto);
   // Not where an earlier call recorded it, or another one meanwhile.
   if (recorded.ok() && runtime::LastSegment(recorded->name()) == made_id) {
     Metrics().recorded.Add(verdict);
@@ -109,7 +107,7 @@ absl::StatusOr<std::optional<v1::RejudgeResponse>> InspectionService::RejudgeOne
                                                                                  const std::set<std::string>& wanted,
                                                                                  const runtime::Caller& caller) {
   const auto old = runtime::GetResult<v1::Inspection>(*store_, caller.deadline, "inspections", name,
-                                                      errors::v1::INSPECTION_NOT_FOUND, InspectionOf);
+                                                      errors::v1::INSPECTION_NOT_FOUND, ToProto);
   if (EndsTheCall(old.status())) return old.status();
   if (!old.ok()) return NotRead(name, old.status());
   if (wanted.count(old->rejudges()) > 0) return std::nullopt;  // the same scans
@@ -139,7 +137,7 @@ grpc::Status InspectionService::ReplayInspection(grpc::ServerContext* context,
                                                  replay::v1::Replay* response) {
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto recorded = runtime::GetResult<v1::Inspection>(*store_, caller.deadline, "inspections", request->name(),
-                                                           errors::v1::INSPECTION_NOT_FOUND, InspectionOf);
+                                                           errors::v1::INSPECTION_NOT_FOUND, ToProto);
   if (!recorded.ok()) return ToGrpc(recorded.status());
   const auto slot = running_.Enter(caller.deadline, caller.keep_going);
   if (!slot.ok()) return ToGrpc(slot.status());
@@ -165,10 +163,9 @@ absl::StatusOr<v1::Inspection> InspectionService::MakeAgain(const v1::Inspection
 
 grpc::Status InspectionService::GetInspection(grpc::ServerContext* context, const v1::GetInspectionRequest* request,
                                               v1::Inspection* response) {
-  return runtime::Answer(
-      runtime::GetResult<v1::Inspection>(*store_, runtime::DeadlineOf(*context), "inspections", request->name(),
-                                         errors::v1::INSPECTION_NOT_FOUND, InspectionOf),
-      response);
+  return runtime::Answer(runtime::GetResult<v1::Inspection>(*store_, runtime::DeadlineOf(*context), "inspections",
+                                                            request->name(), errors::v1::INSPECTION_NOT_FOUND, ToProto),
+                         response);
 }
 
 grpc::Status InspectionService::ListInspections(grpc::ServerContext* context, const v1::ListInspectionsRequest* request,
@@ -181,8 +178,7 @@ grpc::Status InspectionService::ListInspections(grpc::ServerContext* context, co
   absl::StatusOr<std::string> verdict = VerdictFilterOf(request->verdict());
   if (!verdict.ok()) return ToGrpc(verdict.status());
   filter.verdict = *std::move(verdict);
-  const auto basic = [](v1::Inspection* result) { LeaveBasic(result); };
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, InspectionOf, basic,
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_inspections(), response->mutable_next_page_token()));
 }
 

@@ -24,7 +24,7 @@ constexpr runtime::PoolLimits kLimits{2, runtime::kAllLetIn};
 FindAssessment AssessmentFrom(const std::shared_ptr<storage::AssessmentStore>& store) {
   return [store](const std::string& name, storage::Deadline deadline) {
     return runtime::GetResult<v1::Assessment>(*store, deadline, "assessments", name, errors::v1::ASSESSMENT_NOT_FOUND,
-                                              [](const storage::AssessmentRow& row) { return ToProto(row); });
+                                              ToProto);
   };
 }
 

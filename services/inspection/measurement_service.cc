@@ -25,11 +25,6 @@ using runtime::ToGrpc;
 constexpr int kMostCompared = 200;
 constexpr runtime::PoolLimits kImportLimits{2, runtime::kAllLetIn};
 
-absl::StatusOr<v1::Measurement> MeasurementOf(const storage::MeasurementRow& row) { return ToProto(row); }
-absl::StatusOr<v1::ImportMeasurementsResponse> ResponseOf(const storage::MeasurementImport& import) {
-  return ToProto(import);
-}
-
 // The revisions that the drawing is valid for, one at a time: a part may have 20,000 holes.
 absl::StatusOr<std::vector<plant::v1::Part>> PartsOf(const clients::BladePeers& peers,
                                                      const plant::v1::Drawing& drawing, const runtime::Caller& caller) {
@@ -90,7 +85,7 @@ grpc::Status MeasurementService::ImportMeasurements(grpc::ServerContext* context
   if (!slot.ok()) return ToGrpc(slot.status());
   return runtime::Answer(runtime::RecordedResult<v1::ImportMeasurementsResponse>(
                              imports_.get(), "inspection.ImportMeasurements", *request, caller,
-                             [&] { return Make(*request, caller); }, ResponseOf),
+                             [&] { return Make(*request, caller); }, ToProto),
                          response);
 }
 
@@ -127,7 +122,7 @@ grpc::Status MeasurementService::GetMeasurement(grpc::ServerContext* context, co
                                                 v1::Measurement* response) {
   return runtime::Answer(
       runtime::GetResult<v1::Measurement>(*measurements_, runtime::DeadlineOf(*context), "measurements",
-                                          request->name(), errors::v1::MEASUREMENT_NOT_FOUND, MeasurementOf),
+                                          request->name(), errors::v1::MEASUREMENT_NOT_FOUND, ToProto),
       response);
 }
 
@@ -155,9 +150,9 @@ grpc::Status MeasurementService::ListMeasurements(grpc::ServerContext* context,
   filter.file_sha256 = sha256;
   filter.reader = runtime::ReaderOf(*context);
   filter.with_values = request->view() == list::v1::VIEW_FULL;
-  const auto basic = [](v1::Measurement* measurement) { LeaveBasic(measurement); };
-  return ToGrpc(runtime::ListResults(*measurements_, runtime::DeadlineOf(*context), *request, filter, MeasurementOf,
-                                     basic, response->mutable_measurements(), response->mutable_next_page_token()));
+  return ToGrpc(runtime::ListResults(*measurements_, runtime::DeadlineOf(*context), *request, filter, ToProto,
+                                     LeaveBasic, response->mutable_measurements(),
+                                     response->mutable_next_page_token()));
 }
 
 grpc::Status MeasurementService::CompareMeasurements(grpc::ServerContext* context,

@@ -150,8 +150,7 @@ class Fetch {
   template <typename Message, typename Row, typename Filter>
   absl::StatusOr<Message> Find(const storage::ResultReader<Row, Filter>& reader, const char* collection,
                                const std::string& name, errors::v1::ErrorReason reason) const {
-    return runtime::GetResult<Message>(reader, caller_.deadline, collection, name, reason,
-                                       [](const Row& row) { return ToProto(row); });
+    return runtime::GetResult<Message>(reader, caller_.deadline, collection, name, reason, ToProto);
   }
 
   // Of the same blade as those before.

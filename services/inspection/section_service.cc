@@ -20,8 +20,6 @@ namespace {
 
 using runtime::ToGrpc;
 
-absl::StatusOr<v1::SectionMeasurement> MeasurementOf(const storage::SectionMeasurementRow& row) { return ToProto(row); }
-
 }  // namespace
 
 SectionService::SectionService(std::shared_ptr<storage::SectionStore> store,
@@ -40,7 +38,7 @@ grpc::Status SectionService::MeasureSections(grpc::ServerContext* context, const
   if (!slot.ok()) return ToGrpc(slot.status());
   return runtime::Answer(runtime::RecordedResult<v1::SectionMeasurement>(
                              store_.get(), "inspection.MeasureSections", *request, caller,
-                             [&] { return Make(*request, true, caller); }, MeasurementOf),
+                             [&] { return Make(*request, true, caller); }, ToProto),
                          response);
 }
 
@@ -64,7 +62,7 @@ grpc::Status SectionService::GetSectionMeasurement(grpc::ServerContext* context,
                                                    v1::SectionMeasurement* response) {
   return runtime::Answer(
       runtime::GetResult<v1::SectionMeasurement>(*store_, runtime::DeadlineOf(*context), "sections", request->name(),
-                                                 errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf),
+                                                 errors::v1::SECTION_MEASUREMENT_NOT_FOUND, ToProto),
       response);
 }
 
@@ -75,8 +73,7 @@ grpc::Status SectionService::ListSectionMeasurements(grpc::ServerContext* contex
   if (absl::Status status = runtime::ReadFilter(*request, &filter); !status.ok()) return ToGrpc(status);
   filter.reader = runtime::ReaderOf(*context);
   filter.with_values = request->view() == list::v1::VIEW_FULL;
-  const auto basic = [](v1::SectionMeasurement* measurement) { LeaveBasic(measurement); };
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, MeasurementOf, basic,
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_sections(), response->mutable_next_page_token()));
 }
 
@@ -85,7 +82,7 @@ grpc::Status SectionService::DownloadSectionOutlines(grpc::ServerContext* contex
                                                      grpc::ServerWriter<v1::SectionOutline>* writer) {
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
   const auto measurement = runtime::GetResult<v1::SectionMeasurement>(
-      *store_, deadline, "sections", request->name(), errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf);
+      *store_, deadline, "sections", request->name(), errors::v1::SECTION_MEASUREMENT_NOT_FOUND, ToProto);
   if (!measurement.ok()) return ToGrpc(measurement.status());
   const auto outlines = store_->Outlines(runtime::LastSegment(measurement->name()), deadline);
   if (!outlines.ok()) return ToGrpc(outlines.status());
@@ -103,7 +100,7 @@ grpc::Status SectionService::ReplaySectionMeasurement(grpc::ServerContext* conte
                                                       replay::v1::Replay* response) {
   const runtime::Caller caller = runtime::CallerOf(*context);
   const auto recorded = runtime::GetResult<v1::SectionMeasurement>(
-      *store_, caller.deadline, "sections", request->name(), errors::v1::SECTION_MEASUREMENT_NOT_FOUND, MeasurementOf);
+      *store_, caller.deadline, "sections", request->name(), errors::v1::SECTION_MEASUREMENT_NOT_FOUND, ToProto);
   return runtime::Answer(
       clients::ReplayRegistered(recorded, *peers_, caller, &running_,
                                 [&](const v1::SectionMeasurement& of) -> absl::StatusOr<v1::SectionMeasurement> {

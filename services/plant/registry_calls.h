@@ -36,9 +36,10 @@ grpc::Status Once(grpc::ServerContext* context, storage::ResultWriter<Row>* stor
                   const Request& request, Response* response, const Make& make) {
   if (absl::Status status = runtime::CheckUuid("request_id", request.request_id()); !status.ok())
     return runtime::ToGrpc(status);
-  return runtime::Answer(runtime::RecordedResult<Response>(store, "plant." + call, request, runtime::CallerOf(*context),
-                                                           make, [](const Row& row) { return ToProto(row); }),
-                         response);
+  return runtime::Answer(
+      runtime::RecordedResult<Response>(store, "plant." + call, request, runtime::CallerOf(*context), make,
+                                        [](const Row& row) -> absl::StatusOr<Response> { return ToProto(row); }),
+      response);
 }
 
 // NOT_FOUND with a reason where `found` holds nothing.

@@ -33,8 +33,6 @@ absl::StatusOr<v1::Registration> WithoutTime(absl::StatusOr<v1::Registration> re
   return registration;
 }
 
-absl::StatusOr<v1::Registration> RegistrationOf(const storage::RegistrationRow& row) { return ToProto(row); }
-
 }  // namespace
 
 RegistrationService::RegistrationService(std::shared_ptr<storage::RegistrationStore> store, const Peers& peers,
@@ -61,8 +59,8 @@ absl::StatusOr<v1::Registration> RegistrationService::RegisterOnce(const v1::Reg
              made->row.condition_number};
     return made;
   };
-  absl::StatusOr<v1::Registration> recorded = runtime::RecordedResult<v1::Registration>(
-      store_.get(), "registration.Register", request, caller, make, RegistrationOf);
+  absl::StatusOr<v1::Registration> recorded =
+      runtime::RecordedResult<v1::Registration>(store_.get(), "registration.Register", request, caller, make, ToProto);
   // Not where an earlier call recorded it, or another one meanwhile.
   if (recorded.ok() && runtime::LastSegment(recorded->name()) == fit.registration_id) CountRecorded(fit);
   return recorded;
@@ -103,7 +101,7 @@ grpc::Status RegistrationService::GetRegistration(grpc::ServerContext* context,
                                                   v1::Registration* response) {
   return runtime::Answer(
       runtime::GetResult<v1::Registration>(*store_, runtime::DeadlineOf(*context), "registrations", request->name(),
-                                           errors::v1::REGISTRATION_NOT_FOUND, RegistrationOf),
+                                           errors::v1::REGISTRATION_NOT_FOUND, ToProto),
       response);
 }
 
@@ -112,7 +110,7 @@ grpc::Status RegistrationService::ReplayRegistration(grpc::ServerContext* contex
                                                      replay::v1::Replay* response) {
   const Caller caller{runtime::CallerOf(*context)};
   const auto recorded = WithoutTime(runtime::GetResult<v1::Registration>(
-      *store_, caller.deadline, "registrations", request->name(), errors::v1::REGISTRATION_NOT_FOUND, RegistrationOf));
+      *store_, caller.deadline, "registrations", request->name(), errors::v1::REGISTRATION_NOT_FOUND, ToProto));
   if (!recorded.ok()) return ToGrpc(recorded.status());
   const auto now = WithoutTime(MakeAgain(*recorded, caller));
   return runtime::Answer(runtime::ReplayOf(*recorded, now), response);
@@ -137,8 +135,7 @@ grpc::Status RegistrationService::ListRegistrations(grpc::ServerContext* context
     filter.outcome = v1::Outcome_Name(request->outcome()).substr(std::strlen("OUTCOME_"));
   filter.only_disagreeing = request->only_disagreeing();
   filter.without_for_inspection = request->without_for_inspection();
-  const auto basic = [](v1::Registration* result) { LeaveBasic(result); };
-  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, RegistrationOf, basic,
+  return ToGrpc(runtime::ListResults(*store_, runtime::DeadlineOf(*context), *request, filter, ToProto, LeaveBasic,
                                      response->mutable_registrations(), response->mutable_next_page_token()));
 }
 

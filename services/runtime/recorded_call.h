@@ -12,6 +12,7 @@
 
 #include "services/runtime/call.h"
 #include "services/runtime/call_scope.h"
+#include "services/runtime/row_message.h"
 #include "storage/result_store.h"
 
 namespace sixpoint::runtime {
@@ -43,13 +44,12 @@ inline void LogWhatItConcerns(const storage::RecordEntry& entry) {
   if (entry.blade) call->Concerns("blades/" + *entry.blade);
 }
 
-// make() does the work and gives what is to be recorded; to_proto(row) gives the answer's message, or a StatusOr of it. A retry is
-// answered by what the first call recorded, as it now stands. Of two at once both may do the work; one result is stored, and both
+// make() does the work and gives what is to be recorded. A retry is answered by what the first call recorded, as it now stands. Of two at once both may do the work; one result is stored, and both
 // get it. A row that no answer can be made of is not stored.
-template <typename Answer, typename Request, typename Row, typename Make, typename ToProto>
+template <typename Answer, typename Request, typename Row, typename Make>
 absl::StatusOr<Answer> RecordedResult(storage::ResultWriter<Row>* store, const std::string& call,
                                       const Request& request, const Caller& caller, const Make& make,
-                                      const ToProto& to_proto) {
+                                      typename RowMessage<Answer, Row>::Maker to_proto) {
   const storage::RecordedRequest recorded = RecordedRequestOf(call, request, caller.trace_id);
   const absl::StatusOr<std::optional<Row>> before = store->FindRecorded(recorded, caller.deadline);
   if (!before.ok()) return before.status();

@@ -14,17 +14,17 @@
 #include "services/runtime/list_filters.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/row_message.h"
 #include "storage/result_filter.h"
 #include "storage/result_store.h"
 
 namespace sixpoint::runtime {
 
-// to_proto(row) gives the message, or a StatusOr of it. INVALID_ARGUMENT: no name of that collection; NOT_FOUND, with the
-// reason: nothing of that name.
-template <typename Message, typename Row, typename Filter, typename ToProto>
+// INVALID_ARGUMENT: no name of that collection; NOT_FOUND, with the reason: nothing of that name.
+template <typename Message, typename Row, typename Filter>
 absl::StatusOr<Message> GetResult(const storage::ResultReader<Row, Filter>& reader, storage::Deadline deadline,
                                   const std::string& collection, const std::string& name, ErrorReason reason,
-                                  const ToProto& to_proto) {
+                                  typename RowMessage<Message, Row>::Maker to_proto) {
   const absl::StatusOr<std::string> id = IdOf("name", collection, name);
   if (!id.ok()) return id.status();
   const absl::StatusOr<std::optional<Row>> row = reader.Find(*id, deadline);
@@ -38,7 +38,8 @@ absl::StatusOr<Message> GetResult(const storage::ResultReader<Row, Filter>& read
 template <typename Row, typename Filter>
 absl::StatusOr<Row> FindRow(const storage::ResultReader<Row, Filter>& reader, storage::Deadline deadline,
                             const std::string& collection, const std::string& name, ErrorReason reason) {
-  return GetResult<Row>(reader, deadline, collection, name, reason, [](const Row& row) { return row; });
+  return GetResult<Row>(reader, deadline, collection, name, reason,
+                        [](const Row& row) -> absl::StatusOr<Row> { return row; });
 }
 
 // What requests for lists of results have in common; refuses names of other collections and a time range that is none.
@@ -58,12 +59,13 @@ absl::Status ReadFilter(const Request& request, storage::ResultFilter* filter) {
   return recorded.status();
 }
 
-// Messages come after those in `out`; leave_basic takes from one what the BASIC view has not. Errors as PageOf and WantsFull.
-template <typename Request, typename Message, typename Row, typename Filter, typename ToProto, typename LeaveBasic>
+// Messages come after those in `out`. Errors as PageOf and WantsFull.
+template <typename Request, typename Message, typename Row, typename Filter>
 absl::Status ListResults(const storage::ResultReader<Row, Filter>& reader, storage::Deadline deadline,
-                         const Request& request, const Filter& filter, const ToProto& to_proto,
-                         const LeaveBasic& leave_basic, google::protobuf::RepeatedPtrField<Message>* out,
-                         std::string* next_page_token) {
+                         const Request& request, const Filter& filter,
+                         typename RowMessage<Message, Row>::Maker to_proto,
+                         typename RowMessage<Message, Row>::Reducer leave_basic,
+                         google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
   const absl::StatusOr<bool> full = WantsFull(request.view());
   if (!full.ok()) return full.status();
   const std::string filters = FiltersOf(request);
