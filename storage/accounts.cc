@@ -1,5 +1,7 @@
 #include "storage/accounts.h"
 
+#include "storage/each_row.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -77,11 +79,7 @@ absl::StatusOr<std::optional<AccountRow>> LockAccountOfSubject(Transaction& tran
 
 absl::StatusOr<std::vector<AccountRow>> ListAccounts(Transaction& transaction, const std::string& after_name,
                                                      int limit) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kListAccounts, Params().Text(after_name).Int(limit));
-  if (!rows.ok()) return rows.status();
-  std::vector<AccountRow> accounts;
-  for (int row = 0; row < rows->count(); ++row) accounts.push_back(RowOf(*rows, row));
-  return rows->Checked(std::move(accounts));
+  return AllRows(transaction, kListAccounts, Params().Text(after_name).Int(limit), RowOf);
 }
 
 absl::StatusOr<bool> InsertAccount(Transaction& transaction, const AccountRow& account) {

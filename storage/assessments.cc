@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/children.h"
+#include "storage/each_row.h"
 #include "storage/postgres_results.h"
 #include "storage/three.h"
 
@@ -202,22 +203,15 @@ absl::Status ReadChildren(Transaction& transaction, const ParentRows<AssessmentR
 
 absl::StatusOr<std::vector<AssessmentRow>> ReadAssessments(Transaction& transaction, const char* sql,
                                                            const Params& params) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<AssessmentRow> assessments;
-  for (int row = 0; row < rows->count(); ++row) assessments.push_back(ReadAssessment(*rows, row));
-  if (absl::Status read = rows->status(); !read.ok()) return read;
-  const ParentRows<AssessmentRow> parents(&assessments, &AssessmentRow::assessment_id);
-  if (parents.ids().empty()) return assessments;
+  auto assessments = AllRows(transaction, sql, params, ReadAssessment);
+  if (!assessments.ok() || assessments->empty()) return assessments;
+  const ParentRows<AssessmentRow> parents(&*assessments, &AssessmentRow::assessment_id);
   if (absl::Status read = ReadChildren(transaction, parents); !read.ok()) return read;
   return assessments;
 }
 
 absl::StatusOr<std::optional<AssessmentRow>> FindAssessment(Transaction& transaction, const std::string& id) {
-  auto found = ReadAssessments(transaction, kSelectAssessment, Params().Uuid(id));
-  if (!found.ok()) return found.status();
-  if (found->empty()) return std::nullopt;
-  return std::move(found->front());
+  return FirstOf(ReadAssessments(transaction, kSelectAssessment, Params().Uuid(id)));
 }
 
 absl::StatusOr<std::vector<AssessmentRow>> ListAssessments(Transaction& transaction, const AssessmentFilter& filter,

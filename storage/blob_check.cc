@@ -9,6 +9,7 @@
 #include "storage/blob_rows.h"
 #include "storage/blob_store.h"
 #include "storage/blobs.h"
+#include "storage/each_row.h"
 #include "storage/reasons.h"
 
 namespace sixpoint::storage {
@@ -48,12 +49,10 @@ struct Listed {
 absl::StatusOr<std::vector<Listed>> ReadPage(Database* database, const std::string& after_sha256, Deadline deadline) {
   absl::StatusOr<Transaction> transaction = database->Begin(deadline);
   if (!transaction.ok()) return transaction.status();
-  const absl::StatusOr<Rows> rows = transaction->Execute(kSelectBlobs, Params().Digest(after_sha256).Int(kPage));
-  if (!rows.ok()) return rows.status();
-  std::vector<Listed> page;
-  for (int row = 0; row < rows->count(); ++row)
-    page.push_back({rows->Digest(row, 0), rows->Int(row, 1), rows->Text(row, 2), rows->Text(row, 3)});
-  return rows->Checked(std::move(page));
+  return AllRows(*transaction, kSelectBlobs, Params().Digest(after_sha256).Int(kPage),
+                 [](const Rows& rows, int row) -> Listed {
+                   return {rows.Digest(row, 0), rows.Int(row, 1), rows.Text(row, 2), rows.Text(row, 3)};
+                 });
 }
 
 // NOT_FOUND: not where the row says.
@@ -175,26 +174,17 @@ absl::Status KeepCheckProgress(Transaction& transaction, const CheckProgress& pr
 absl::Status KeepCheckFinished(Transaction& transaction) { return transaction.Execute(kUpdateFinished).status(); }
 
 absl::StatusOr<std::vector<StoreUse>> ReadStoreUse(Transaction& transaction) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectUse);
-  if (!rows.ok()) return rows.status();
-  std::vector<StoreUse> uses;
-  for (int row = 0; row < rows->count(); ++row) {
-    uses.push_back({rows->Text(row, 0), rows->Int(row, 1), rows->Int(row, 2), rows->Int(row, 3), rows->Int(row, 4)});
-  }
-  return rows->Checked(std::move(uses));
+  return AllRows(transaction, kSelectUse, Params(), [](const Rows& rows, int row) -> StoreUse {
+    return {rows.Text(row, 0), rows.Int(row, 1), rows.Int(row, 2), rows.Int(row, 3), rows.Int(row, 4)};
+  });
 }
 
 absl::Status AddUpStoreUse(Transaction& transaction) { return transaction.Execute(kAddUpUse).status(); }
 
 absl::StatusOr<std::vector<BlobDamage>> ListDamages(Transaction& transaction, int limit) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectBlobDamages, Params().Int(limit));
-  if (!rows.ok()) return rows.status();
-  std::vector<BlobDamage> damages;
-  for (int row = 0; row < rows->count(); ++row) {
-    damages.push_back(
-        {rows->Digest(row, 0), rows->Text(row, 1), rows->Text(row, 2), rows->Text(row, 3), rows->Time(row, 4)});
-  }
-  return rows->Checked(std::move(damages));
+  return AllRows(transaction, kSelectBlobDamages, Params().Int(limit), [](const Rows& rows, int row) -> BlobDamage {
+    return {rows.Digest(row, 0), rows.Text(row, 1), rows.Text(row, 2), rows.Text(row, 3), rows.Time(row, 4)};
+  });
 }
 
 }  // namespace sixpoint::storage

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "storage/blobs.h"
+#include "storage/each_row.h"
 #include "storage/one_read.h"
 #include "storage/reasons.h"
 #include "storage/requests.h"
@@ -211,12 +212,9 @@ class PostgresCorrectionEvents final : public CorrectionEventStore {
 
   absl::StatusOr<std::vector<CutHoleRow>> CutHoles(const std::string& blade_serial, Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::vector<CutHoleRow>> {
-      const absl::StatusOr<Rows> rows = t.Execute(kSelectCutHoles, Params().Text(blade_serial));
-      if (!rows.ok()) return rows.status();
-      std::vector<CutHoleRow> cut;
-      for (int row = 0; row < rows->count(); ++row)
-        cut.push_back({rows->Text(row, 0), {rows->Text(row, 1), rows->Text(row, 2)}, rows->Int(row, 3)});
-      return rows->Checked(std::move(cut));
+      return AllRows(t, kSelectCutHoles, Params().Text(blade_serial), [](const Rows& rows, int row) -> CutHoleRow {
+        return {rows.Text(row, 0), {rows.Text(row, 1), rows.Text(row, 2)}, rows.Int(row, 3)};
+      });
     });
   }
 

@@ -260,12 +260,10 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<CorrectionRow>* 
 
 absl::StatusOr<std::vector<CorrectionRow>> ReadCorrections(Transaction& transaction, const char* sql,
                                                            const Params& params) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<CorrectionRow> corrections;
-  for (int row = 0; row < rows->count(); ++row) corrections.push_back(ReadCorrection(*rows, row));
-  if (absl::Status status = ReadChildren(transaction, &corrections); !status.ok()) return status;
-  return rows->Checked(std::move(corrections));
+  auto corrections = AllRows(transaction, sql, params, ReadCorrection);
+  if (!corrections.ok()) return corrections;
+  if (absl::Status status = ReadChildren(transaction, &*corrections); !status.ok()) return status;
+  return corrections;
 }
 
 }  // namespace

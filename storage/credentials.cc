@@ -1,5 +1,7 @@
 #include "storage/credentials.h"
 
+#include "storage/each_row.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -58,14 +60,11 @@ absl::Status KeepRenewal(Transaction& transaction, const CertificateRenewal& ren
 
 absl::StatusOr<std::vector<CertificateRenewal>> FindRenewals(Transaction& transaction,
                                                              const std::string& public_key_sha256) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kFindRenewals, Params().Digest(public_key_sha256));
-  if (!rows.ok()) return rows.status();
-  std::vector<CertificateRenewal> renewals;
-  for (int row = 0; row < rows->count(); ++row) {
-    renewals.push_back({public_key_sha256, rows->Text(row, 0), rows->Text(row, 1), rows->Text(row, 2),
-                        rows->Time(row, 3), rows->Text(row, 4)});
-  }
-  return rows->Checked(std::move(renewals));
+  return AllRows(transaction, kFindRenewals, Params().Digest(public_key_sha256),
+                 [&](const Rows& rows, int row) -> CertificateRenewal {
+                   return {public_key_sha256, rows.Text(row, 0), rows.Text(row, 1),
+                           rows.Text(row, 2), rows.Time(row, 3), rows.Text(row, 4)};
+                 });
 }
 
 }  // namespace sixpoint::storage

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "storage/each_row.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -39,15 +41,10 @@ absl::Status AppendDenials(Transaction& transaction, std::vector<Denial> denials
 }
 
 absl::StatusOr<std::vector<Denial>> NewestDenials(Transaction& transaction, int limit) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectDenials, Params().Int(limit));
-  if (!rows.ok()) return rows.status();
-  std::vector<Denial> denials;
-  for (int row = 0; row < rows->count(); ++row) {
-    denials.push_back({rows->Text(row, 0), rows->Text(row, 1), rows->Text(row, 2), rows->Text(row, 3),
-                       rows->Text(row, 4), rows->Text(row, 5), rows->Int(row, 6), rows->Time(row, 7),
-                       rows->Time(row, 8)});
-  }
-  return rows->Checked(std::move(denials));
+  return AllRows(transaction, kSelectDenials, Params().Int(limit), [](const Rows& rows, int row) -> Denial {
+    return {rows.Text(row, 0), rows.Text(row, 1), rows.Text(row, 2), rows.Text(row, 3), rows.Text(row, 4),
+            rows.Text(row, 5), rows.Int(row, 6),  rows.Time(row, 7), rows.Time(row, 8)};
+  });
 }
 
 }  // namespace sixpoint::storage

@@ -6,6 +6,7 @@
 #include "storage/blobs.h"
 #include "storage/children.h"
 #include "storage/deviation_children.h"
+#include "storage/each_row.h"
 #include "storage/one_read.h"
 #include "storage/postgres_results.h"
 #include "storage/scan_keys.h"
@@ -97,13 +98,9 @@ DeviationMapRow ReadMap(const Rows& rows, int row) {
 }
 
 absl::StatusOr<std::vector<DeviationMapRow>> ReadMaps(Transaction& transaction, const char* sql, const Params& params) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<DeviationMapRow> maps;
-  for (int row = 0; row < rows->count(); ++row) maps.push_back(ReadMap(*rows, row));
-  if (absl::Status read = rows->status(); !read.ok()) return read;
-  const ParentRows<DeviationMapRow> parents(&maps, &DeviationMapRow::deviation_id);
-  if (parents.ids().empty()) return maps;
+  auto maps = AllRows(transaction, sql, params, ReadMap);
+  if (!maps.ok() || maps->empty()) return maps;
+  const ParentRows<DeviationMapRow> parents(&*maps, &DeviationMapRow::deviation_id);
   const absl::Status scans =
       parents.Add(transaction.Execute(kSelectDeviationScans, Params().Uuids(parents.ids())),
                   [](DeviationMapRow& map, const Rows& scan, int row) { map.scan_ids.push_back(scan.Text(row, 1)); });
@@ -138,10 +135,7 @@ absl::Status InsertCloud(Transaction& transaction, const DeviationMapRow& map) {
 }
 
 absl::StatusOr<std::optional<DeviationMapRow>> FindMap(Transaction& transaction, const std::string& deviation_id) {
-  auto maps = ReadMaps(transaction, kSelectMap, Params().Uuid(deviation_id));
-  if (!maps.ok()) return maps.status();
-  if (maps->empty()) return std::nullopt;
-  return std::move(maps->front());
+  return FirstOf(ReadMaps(transaction, kSelectMap, Params().Uuid(deviation_id)));
 }
 
 absl::StatusOr<std::vector<DeviationMapRow>> ListMaps(Transaction& transaction, const DeviationFilter& filter,
@@ -168,13 +162,11 @@ absl::StatusOr<std::optional<DeviationPatchesRow>> FindDeviationPatches(Transact
 
 absl::StatusOr<std::vector<DeviationCloudBlockRow>> FindCloud(Transaction& transaction,
                                                               const std::string& deviation_id) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectCloudBlocks, Params().Uuid(deviation_id));
-  if (!rows.ok()) return rows.status();
-  std::vector<DeviationCloudBlockRow> blocks;
-  for (int row = 0; row < rows->count(); ++row)
-    blocks.push_back({static_cast<int>(rows->Int(row, 0)), rows->Int(row, 1), rows->Real(row, 2), rows->Real(row, 3),
-                      rows->Digest(row, 4)});
-  return rows->Checked(std::move(blocks));
+  return AllRows(transaction, kSelectCloudBlocks, Params().Uuid(deviation_id),
+                 [](const Rows& rows, int row) -> DeviationCloudBlockRow {
+                   return {static_cast<int>(rows.Int(row, 0)), rows.Int(row, 1), rows.Real(row, 2), rows.Real(row, 3),
+                           rows.Digest(row, 4)};
+                 });
 }
 
 using DeviationResults = PostgresResults<DeviationMapRow, DeviationFilter, DeviationStore>;

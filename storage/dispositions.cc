@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "storage/each_row.h"
 #include "storage/requests.h"
 
 namespace sixpoint::storage {
@@ -40,10 +41,7 @@ absl::StatusOr<std::vector<DispositionRow>> ReadDispositions(Transaction& transa
 }
 
 absl::StatusOr<std::optional<DispositionRow>> Find(Transaction& transaction, const std::string& name) {
-  auto found = ReadDispositions(transaction, kSelectDisposition, Params().Uuid(IdOfName(name).id));
-  if (!found.ok()) return found.status();
-  if (found->empty()) return std::nullopt;
-  return std::move(found->front());
+  return FirstOf(ReadDispositions(transaction, kSelectDisposition, Params().Uuid(IdOfName(name).id)));
 }
 
 class PostgresDispositions final : public ResultWriter<DispositionRow> {

@@ -5,6 +5,7 @@
 #include "refusal/refusal.h"
 #include "storage/clearances.h"
 #include "storage/drawing_children.h"
+#include "storage/each_row.h"
 #include "storage/optional_reals.h"
 #include "storage/requests.h"
 
@@ -150,11 +151,8 @@ absl::StatusOr<std::vector<std::string>> ListDrawingIds(Transaction& transaction
   params.Text(after);
   AddSpan(filter.recorded, &params);
   params.Int(limit).Texts(sight->hidden_parts).Text(filter.part_id);
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectIds, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<std::string> ids;
-  for (int row = 0; row < rows->count(); ++row) ids.push_back(rows->Text(row, 0));
-  return rows->Checked(std::move(ids));
+  return AllRows(transaction, kSelectIds, params,
+                 [](const Rows& rows, int row) -> std::string { return rows.Text(row, 0); });
 }
 
 }  // namespace sixpoint::storage

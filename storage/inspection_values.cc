@@ -1,6 +1,7 @@
 #include "storage/inspection_values.h"
 
 #include "storage/clearances.h"
+#include "storage/each_row.h"
 #include "storage/one_read.h"
 
 namespace sixpoint::storage {
@@ -78,13 +79,7 @@ class PostgresValues final : public ValueReader {
       AddSight(*sight, &params);
       params.Int(inspection_limit);
       if (!filter.group_name.empty()) params.Text(filter.group_name).Text(filter.hole_name);
-      const absl::StatusOr<Rows> rows =
-          t.Execute(filter.group_name.empty() ? kSelectInspectionValues : kSelectOfHole, params);
-      if (!rows.ok()) return rows.status();
-      std::vector<HoleValuesRow> values;
-      values.reserve(static_cast<std::size_t>(rows->count()));
-      for (int row = 0; row < rows->count(); ++row) values.push_back(ReadValues(*rows, row));
-      return rows->Checked(std::move(values));
+      return AllRows(t, filter.group_name.empty() ? kSelectInspectionValues : kSelectOfHole, params, ReadValues);
     });
   }
 

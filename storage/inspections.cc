@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "storage/children.h"
+#include "storage/each_row.h"
 #include "storage/optional_reals.h"
 #include "storage/postgres_results.h"
 #include "storage/scan_keys.h"
@@ -211,12 +212,10 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<InspectionRow>* 
 
 absl::StatusOr<std::vector<InspectionRow>> ReadInspections(Transaction& transaction, const char* sql,
                                                            const Params& params) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<InspectionRow> inspections;
-  for (int row = 0; row < rows->count(); ++row) inspections.push_back(ReadInspection(*rows, row));
-  if (absl::Status status = ReadChildren(transaction, &inspections); !status.ok()) return status;
-  return rows->Checked(std::move(inspections));
+  auto inspections = AllRows(transaction, sql, params, ReadInspection);
+  if (!inspections.ok()) return inspections;
+  if (absl::Status status = ReadChildren(transaction, &*inspections); !status.ok()) return status;
+  return inspections;
 }
 
 }  // namespace
@@ -242,10 +241,7 @@ absl::StatusOr<Recorded> InsertInspection(Transaction& transaction, const Inspec
 
 absl::StatusOr<std::optional<InspectionRow>> FindInspection(Transaction& transaction,
                                                             const std::string& inspection_id) {
-  auto rows = ReadInspections(transaction, kSelectInspection, Params().Uuid(inspection_id));
-  if (!rows.ok()) return rows.status();
-  if (rows->empty()) return std::nullopt;
-  return std::move(rows->front());
+  return FirstOf(ReadInspections(transaction, kSelectInspection, Params().Uuid(inspection_id)));
 }
 
 absl::StatusOr<std::vector<InspectionRow>> ListInspections(Transaction& transaction, const InspectionFilter& filter,

@@ -3,6 +3,8 @@
 #include <ctime>
 #include <utility>
 
+#include "storage/each_row.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -171,11 +173,7 @@ absl::StatusOr<Sealed> SealEntries(Transaction& transaction, std::int64_t limit)
 }
 
 absl::StatusOr<std::vector<Leaf>> ReadLeaves(Transaction& transaction, LeafSpan span) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectLeaves, Params().Int(span.begin).Int(span.end));
-  if (!rows.ok()) return rows.status();
-  std::vector<Leaf> leaves;
-  for (int row = 0; row < rows->count(); ++row) leaves.push_back(LeafOf(*rows, row));
-  return rows->Checked(std::move(leaves));
+  return AllRows(transaction, kSelectLeaves, Params().Int(span.begin).Int(span.end), LeafOf);
 }
 
 absl::StatusOr<Hash> RootOf(Transaction& transaction, LeafSpan span) {
@@ -195,12 +193,10 @@ absl::StatusOr<std::vector<Hash>> PathOf(Transaction& transaction, std::int64_t 
 }
 
 absl::StatusOr<std::vector<LedgerNode>> ReadNodes(Transaction& transaction, LeafSpan span) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectNodes, Params().Int(span.begin).Int(span.end));
-  if (!rows.ok()) return rows.status();
-  std::vector<LedgerNode> nodes;
-  for (int row = 0; row < rows->count(); ++row)
-    nodes.push_back({static_cast<int>(rows->Int(row, 0)), rows->Int(row, 1), rows->Bytes(row, 2)});
-  return rows->Checked(std::move(nodes));
+  return AllRows(transaction, kSelectNodes, Params().Int(span.begin).Int(span.end),
+                 [](const Rows& rows, int row) -> LedgerNode {
+                   return {static_cast<int>(rows.Int(row, 0)), rows.Int(row, 1), rows.Bytes(row, 2)};
+                 });
 }
 
 absl::StatusOr<std::string> PlantId(Transaction& transaction) {
@@ -218,14 +214,11 @@ absl::Status KeepHead(Transaction& transaction, const KeptHead& kept) {
 }
 
 absl::StatusOr<std::vector<KeptHead>> ReadHeads(Transaction& transaction, std::int64_t after, std::int64_t until) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectHeads, Params().Int(after).Int(until));
-  if (!rows.ok()) return rows.status();
-  std::vector<KeptHead> heads;
-  for (int row = 0; row < rows->count(); ++row)
-    heads.push_back({{rows->Text(row, 0), rows->Int(row, 1), rows->Bytes(row, 2), rows->Int(row, 3), rows->Text(row, 4),
-                      rows->Text(row, 5), rows->Bytes(row, 6)},
-                     rows->Text(row, 7)});
-  return rows->Checked(std::move(heads));
+  return AllRows(transaction, kSelectHeads, Params().Int(after).Int(until), [](const Rows& rows, int row) -> KeptHead {
+    return {{rows.Text(row, 0), rows.Int(row, 1), rows.Bytes(row, 2), rows.Int(row, 3), rows.Text(row, 4),
+             rows.Text(row, 5), rows.Bytes(row, 6)},
+            rows.Text(row, 7)};
+  });
 }
 
 absl::StatusOr<std::optional<KeptHead>> NewestHead(Transaction& transaction) {
@@ -241,12 +234,10 @@ absl::StatusOr<std::optional<KeptHead>> NewestHead(Transaction& transaction) {
 
 absl::StatusOr<std::vector<SealedEntry>> SealedOfBlade(Transaction& transaction, const std::string& serial,
                                                        std::int64_t size, std::int64_t after_sequence, int limit) {
-  const absl::StatusOr<Rows> rows =
-      transaction.Execute(kSelectOfBlade, Params().Text(serial).Int(size).Int(after_sequence).Int(limit));
-  if (!rows.ok()) return rows.status();
-  std::vector<SealedEntry> entries;
-  for (int row = 0; row < rows->count(); ++row) entries.push_back({LeafOf(*rows, row), rows->OptionalText(row, 6)});
-  return rows->Checked(std::move(entries));
+  return AllRows(transaction, kSelectOfBlade, Params().Text(serial).Int(size).Int(after_sequence).Int(limit),
+                 [](const Rows& rows, int row) -> SealedEntry {
+                   return {LeafOf(rows, row), rows.OptionalText(row, 6)};
+                 });
 }
 
 absl::StatusOr<std::int64_t> CountUnsealedOfBlade(Transaction& transaction, const std::string& serial,

@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "storage/each_row.h"
 #include "storage/ledger.h"
 #include "storage/ledger_rows.h"
 
@@ -274,13 +275,14 @@ absl::StatusOr<LedgerSlice> CheckSlice(Transaction& transaction, ledger::LeafSpa
 absl::StatusOr<std::vector<LedgerDamage>> CheckTablesArePlain(Transaction& transaction) {
   std::vector<std::string> names = {"record_names", "ledger_leaves", "ledger_contents", "ledger_heads", "blobs"};
   for (const LedgerTable& table : LedgerTables()) names.emplace_back(table.name);
-  const absl::StatusOr<Rows> rows = transaction.Execute(kUnplain, Params().Texts(names));
-  if (!rows.ok()) return rows.status();
-  std::vector<LedgerDamage> damages;
-  for (int row = 0; row < rows->count(); ++row)
-    damages.push_back({DamageKind::kChanged, rows->Text(row, 0), "", "", 0,
-                       "not a plain table: kind " + rows->Text(row, 1) + ", want r or p, without rules and policies"});
-  return rows->Checked(std::move(damages));
+  return AllRows(transaction, kUnplain, Params().Texts(names), [](const Rows& rows, int row) -> LedgerDamage {
+    return {DamageKind::kChanged,
+            rows.Text(row, 0),
+            "",
+            "",
+            0,
+            "not a plain table: kind " + rows.Text(row, 1) + ", want r or p, without rules and policies"};
+  });
 }
 
 absl::StatusOr<std::vector<LedgerDamage>> CheckOrphans(Transaction& transaction, std::size_t table_index) {

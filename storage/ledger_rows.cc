@@ -6,6 +6,8 @@
 #include <limits>
 #include <sstream>
 
+#include "storage/each_row.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -335,12 +337,10 @@ absl::StatusOr<std::vector<NamedRecord>> ReadNames(Transaction& transaction, con
                           ", 'UTF8')) FROM public.record_names t WHERE t.record_sequence " + beyond +
                           " $1 AND t.record_sequence <= "
                           "$2 ORDER BY t.record_sequence LIMIT $3";
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, Params().Int(after).Int(until).Int(limit));
-  if (!rows.ok()) return rows.status();
-  std::vector<NamedRecord> names;
-  for (int row = 0; row < rows->count(); ++row)
-    names.push_back({rows->Text(row, 0), rows->Text(row, 1), rows->Int(row, 2), rows->Bytes(row, 3)});
-  return rows->Checked(std::move(names));
+  return AllRows(transaction, sql, Params().Int(after).Int(until).Int(limit),
+                 [](const Rows& rows, int row) -> NamedRecord {
+                   return {rows.Text(row, 0), rows.Text(row, 1), rows.Int(row, 2), rows.Bytes(row, 3)};
+                 });
 }
 
 absl::StatusOr<NameText> ReadNameText(Transaction& transaction, const LedgerColumns& columns,

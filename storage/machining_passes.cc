@@ -4,6 +4,7 @@
 
 #include "storage/blank_patch_columns.h"
 #include "storage/children.h"
+#include "storage/each_row.h"
 #include "storage/one_read.h"
 #include "storage/postgres_results.h"
 #include "storage/scan_keys.h"
@@ -112,13 +113,9 @@ MachinedRegionRow ReadMachinedRegion(const Rows& rows, int row) {
 
 absl::StatusOr<std::vector<MachiningPassRow>> ReadPasses(Transaction& transaction, const char* sql,
                                                          const Params& params) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<MachiningPassRow> all;
-  for (int row = 0; row < rows->count(); ++row) all.push_back(ReadPass(*rows, row));
-  if (absl::Status read = rows->status(); !read.ok()) return read;
-  const ParentRows<MachiningPassRow> parents(&all, &MachiningPassRow::pass_id);
-  if (parents.ids().empty()) return all;
+  auto all = AllRows(transaction, sql, params, ReadPass);
+  if (!all.ok() || all->empty()) return all;
+  const ParentRows<MachiningPassRow> parents(&*all, &MachiningPassRow::pass_id);
   const Params ids = Params().Uuids(parents.ids());
   absl::Status read = parents.Add(
       transaction.Execute(kSelectPassScans, ids),
@@ -133,10 +130,7 @@ absl::StatusOr<std::vector<MachiningPassRow>> ReadPasses(Transaction& transactio
 }
 
 absl::StatusOr<std::optional<MachiningPassRow>> FindPass(Transaction& transaction, const std::string& id) {
-  auto found = ReadPasses(transaction, kSelectPass, Params().Uuid(id));
-  if (!found.ok()) return found.status();
-  if (found->empty()) return std::nullopt;
-  return std::move(found->front());
+  return FirstOf(ReadPasses(transaction, kSelectPass, Params().Uuid(id)));
 }
 
 absl::StatusOr<std::vector<MachiningPassRow>> ListPasses(Transaction& transaction, const MachiningPassFilter& filter,

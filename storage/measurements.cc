@@ -6,6 +6,7 @@
 
 #include "storage/children.h"
 #include "storage/clearances.h"
+#include "storage/each_row.h"
 #include "storage/one_read.h"
 #include "storage/requests.h"
 
@@ -125,13 +126,9 @@ MeasuredValueRow ReadMeasuredValue(const Rows& rows, int row) {
 
 absl::StatusOr<std::vector<MeasurementRow>> ReadMeasurements(Transaction& transaction, const char* sql,
                                                              const Params& params, bool with_values = true) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<MeasurementRow> measurements;
-  for (int row = 0; row < rows->count(); ++row) measurements.push_back(ReadMeasurement(*rows, row));
-  if (absl::Status read = rows->status(); !read.ok()) return read;
-  const ParentRows<MeasurementRow> parents(&measurements, &MeasurementRow::measurement_id);
-  if (parents.ids().empty() || !with_values) return measurements;
+  auto measurements = AllRows(transaction, sql, params, ReadMeasurement);
+  if (!measurements.ok() || measurements->empty() || !with_values) return measurements;
+  const ParentRows<MeasurementRow> parents(&*measurements, &MeasurementRow::measurement_id);
   const absl::Status read = parents.Add(transaction.Execute(kSelectMeasuredValues, Params().Uuids(parents.ids())),
                                         [](MeasurementRow& measurement, const Rows& values, int row) {
                                           measurement.values.push_back(ReadMeasuredValue(values, row));
@@ -141,10 +138,7 @@ absl::StatusOr<std::vector<MeasurementRow>> ReadMeasurements(Transaction& transa
 }
 
 absl::StatusOr<std::optional<MeasurementRow>> FindMeasurement(Transaction& transaction, const std::string& id) {
-  auto found = ReadMeasurements(transaction, kSelectMeasurement, Params().Uuid(id));
-  if (!found.ok()) return found.status();
-  if (found->empty()) return std::nullopt;
-  return std::move(found->front());
+  return FirstOf(ReadMeasurements(transaction, kSelectMeasurement, Params().Uuid(id)));
 }
 
 absl::StatusOr<std::vector<MeasurementRow>> ListMeasurements(Transaction& transaction, const MeasurementFilter& filter,

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "refusal/refusal.h"
+#include "storage/each_row.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -43,12 +44,9 @@ absl::StatusOr<int> ForgetRequests(Transaction& transaction) {
 }
 
 absl::StatusOr<std::vector<MonthUse>> ListMonths(Transaction& transaction) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectMonths);
-  if (!rows.ok()) return rows.status();
-  std::vector<MonthUse> months;
-  for (int row = 0; row < rows->count(); ++row)
-    months.push_back({rows->Text(row, 0), static_cast<int>(rows->Int(row, 1)), rows->Int(row, 2), rows->Int(row, 3)});
-  return rows->Checked(std::move(months));
+  return AllRows(transaction, kSelectMonths, Params(), [](const Rows& rows, int row) -> MonthUse {
+    return {rows.Text(row, 0), static_cast<int>(rows.Int(row, 1)), rows.Int(row, 2), rows.Int(row, 3)};
+  });
 }
 
 }  // namespace sixpoint::storage

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "storage/clearances.h"
+#include "storage/each_row.h"
 #include "storage/one_read.h"
 #include "storage/three.h"
 
@@ -149,12 +150,12 @@ absl::Status ReadCalibrations(Transaction& t, const std::string& machine_id, Out
     outcomes->newest_machine_revision = std::max(outcomes->newest_machine_revision, hole.machine_revision);
   }
   if (ids.empty()) return absl::OkStatus();
-  const absl::StatusOr<Rows> rows = t.Execute(kSelectOutcomeCalibrations, Params().Uuids({ids.begin(), ids.end()}));
-  if (!rows.ok()) return rows.status();
-  for (int row = 0; row < rows->count(); ++row)
-    outcomes->calibrations.push_back({rows->Text(row, 0), rows->OptionalText(row, 1), rows->Reals(row, 2),
-                                      rows->Reals(row, 3), rows->Reals(row, 4), rows->Reals(row, 5)});
-  if (!rows->status().ok()) return rows->status();
+  const absl::Status read =
+      EachRow(t, kSelectOutcomeCalibrations, Params().Uuids({ids.begin(), ids.end()}), [&](const Rows& rows, int row) {
+        outcomes->calibrations.push_back({rows.Text(row, 0), rows.OptionalText(row, 1), rows.Reals(row, 2),
+                                          rows.Reals(row, 3), rows.Reals(row, 4), rows.Reals(row, 5)});
+      });
+  if (!read.ok()) return read;
   const std::string next = "machines/" + machine_id + "@" + std::to_string(outcomes->newest_machine_revision + 1);
   const absl::StatusOr<Rows> revised = t.Execute(kIsRevised, Params().Text(next));
   if (!revised.ok()) return revised.status();

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/clearances.h"
+#include "storage/each_row.h"
 #include "storage/requests.h"
 
 namespace sixpoint::storage {
@@ -301,11 +302,8 @@ absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction
     params.Texts(sight->hidden_parts);
   }
   if (what == Registered::kMachiningModels) params.Text(filter.part_id);
-  const absl::StatusOr<Rows> rows = transaction.Execute(kind.sql, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<std::string> ids;
-  for (int row = 0; row < rows->count(); ++row) ids.push_back(rows->Text(row, 0));
-  return rows->Checked(std::move(ids));
+  return AllRows(transaction, kind.sql, params,
+                 [](const Rows& rows, int row) -> std::string { return rows.Text(row, 0); });
 }
 
 }  // namespace sixpoint::storage

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/clearances.h"
+#include "storage/each_row.h"
 #include "storage/optional_reals.h"
 #include "storage/plant_registry.h"
 #include "storage/requests.h"
@@ -154,13 +155,6 @@ absl::Status InsertShapeRegions(Transaction& transaction, const PartRow& part) {
   return absl::OkStatus();
 }
 
-absl::Status ReadShapeRegions(Transaction& transaction, const Params& key, PartRow* part) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(kSelectShapeRegions, key);
-  if (!rows.ok()) return rows.status();
-  for (int row = 0; row < rows->count(); ++row) part->shape_regions.push_back(ShapeRegionAt(*rows, row, 0));
-  return rows->status();
-}
-
 HoleGroupRow ReadGroup(const Rows& rows, int row) {
   HoleGroupRow group;
   group.group = rows.Text(row, 0);
@@ -180,29 +174,35 @@ HoleGroupRow ReadGroup(const Rows& rows, int row) {
   return group;
 }
 
+absl::Status ReadHoles(Transaction& transaction, const Params& key, std::vector<HoleGroupRow>* groups) {
+  absl::Status known;
+  const absl::Status read = EachRow(transaction, kSelectPartHoles, key, [&](const Rows& rows, int row) {
+    const auto group = static_cast<std::size_t>(rows.Int(row, 0));
+    if (group < groups->size())
+      (*groups)[group].holes.push_back({rows.Text(row, 1), rows.Reals(row, 2), rows.Reals(row, 3)});
+    else
+      known = absl::DataLossError("a stored hole of group " + std::to_string(group) + ", want one that there is");
+  });
+  return read.ok() ? known : read;
+}
+
 absl::Status ReadChildren(Transaction& transaction, PartRow* part) {
   const Params key = Params().Text(part->part_id).Int(part->revision);
-  const absl::StatusOr<Rows> groups = transaction.Execute(kSelectPartGroups, key);
-  if (!groups.ok()) return groups.status();
-  for (int row = 0; row < groups->count(); ++row) part->hole_groups.push_back(ReadGroup(*groups, row));
-  const absl::StatusOr<Rows> holes = transaction.Execute(kSelectPartHoles, key);
-  if (!holes.ok()) return holes.status();
-  for (int row = 0; row < holes->count(); ++row)
-    part->hole_groups[static_cast<std::size_t>(holes->Int(row, 0))].holes.push_back(
-        {holes->Text(row, 1), holes->Reals(row, 2), holes->Reals(row, 3)});
-  const absl::StatusOr<Rows> datums = transaction.Execute(kSelectPartDatums, key);
-  if (!datums.ok()) return datums.status();
-  for (int row = 0; row < datums->count(); ++row)
-    part->datum_points.push_back({datums->Text(row, 0), datums->Reals(row, 1), datums->Reals(row, 2)});
-  const absl::StatusOr<Rows> stations = transaction.Execute(kSelectStations, key);
-  if (!stations.ok()) return stations.status();
-  for (int row = 0; row < stations->count(); ++row)
-    part->stations.push_back(
-        {stations->Text(row, 0), stations->Reals(row, 1), stations->Reals(row, 2), stations->Real(row, 3)});
-  for (const absl::StatusOr<Rows>* rows : {&groups, &holes, &datums})
-    if (absl::Status read = (*rows)->status(); !read.ok()) return read;
-  if (absl::Status read = stations->status(); !read.ok()) return read;
-  return ReadShapeRegions(transaction, key, part);
+  absl::Status read = EachRow(transaction, kSelectPartGroups, key,
+                              [&](const Rows& rows, int row) { part->hole_groups.push_back(ReadGroup(rows, row)); });
+  if (read.ok()) read = ReadHoles(transaction, key, &part->hole_groups);
+  if (read.ok())
+    read = EachRow(transaction, kSelectPartDatums, key, [&](const Rows& rows, int row) {
+      part->datum_points.push_back({rows.Text(row, 0), rows.Reals(row, 1), rows.Reals(row, 2)});
+    });
+  if (read.ok())
+    read = EachRow(transaction, kSelectStations, key, [&](const Rows& rows, int row) {
+      part->stations.push_back({rows.Text(row, 0), rows.Reals(row, 1), rows.Reals(row, 2), rows.Real(row, 3)});
+    });
+  if (read.ok())
+    read = EachRow(transaction, kSelectShapeRegions, key,
+                   [&](const Rows& rows, int row) { part->shape_regions.push_back(ShapeRegionAt(rows, row, 0)); });
+  return read;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "storage/blank_patch_columns.h"
 #include "storage/blobs.h"
 #include "storage/children.h"
+#include "storage/each_row.h"
 #include "storage/one_read.h"
 #include "storage/postgres_results.h"
 #include "storage/scan_keys.h"
@@ -191,13 +192,9 @@ ReconstructionHoldRow ReadHold(const Rows& rows, int row) {
 
 absl::StatusOr<std::vector<ReconstructionRow>> ReadReconstructions(Transaction& transaction, const char* sql,
                                                                    const Params& params) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<ReconstructionRow> all;
-  for (int row = 0; row < rows->count(); ++row) all.push_back(ReadReconstruction(*rows, row));
-  if (absl::Status read = rows->status(); !read.ok()) return read;
-  const ParentRows<ReconstructionRow> parents(&all, &ReconstructionRow::reconstruction_id);
-  if (parents.ids().empty()) return all;
+  auto all = AllRows(transaction, sql, params, ReadReconstruction);
+  if (!all.ok() || all->empty()) return all;
+  const ParentRows<ReconstructionRow> parents(&*all, &ReconstructionRow::reconstruction_id);
   const Params ids = Params().Uuids(parents.ids());
   absl::Status read = parents.Add(
       transaction.Execute(kSelectReconstructionScans, ids),
@@ -216,10 +213,7 @@ absl::StatusOr<std::vector<ReconstructionRow>> ReadReconstructions(Transaction& 
 }
 
 absl::StatusOr<std::optional<ReconstructionRow>> FindReconstruction(Transaction& transaction, const std::string& id) {
-  auto found = ReadReconstructions(transaction, kSelectReconstruction, Params().Uuid(id));
-  if (!found.ok()) return found.status();
-  if (found->empty()) return std::nullopt;
-  return std::move(found->front());
+  return FirstOf(ReadReconstructions(transaction, kSelectReconstruction, Params().Uuid(id)));
 }
 
 absl::StatusOr<std::vector<ReconstructionRow>> ListReconstructions(Transaction& transaction,

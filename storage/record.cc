@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "storage/clearances.h"
+#include "storage/each_row.h"
 #include "storage/entries.h"
 
 namespace sixpoint::storage {
@@ -115,10 +116,7 @@ NamedId IdOfName(const std::string& name) {
 }
 
 absl::StatusOr<std::optional<JournalEntry>> FindEntry(Transaction& transaction, const std::string& name) {
-  absl::StatusOr<std::vector<JournalEntry>> found = ReadEntries(transaction, kSelectEntry, Params().Text(name));
-  if (!found.ok()) return found.status();
-  if (found->empty()) return std::nullopt;
-  return std::move(found->front());
+  return FirstOf(ReadEntries(transaction, kSelectEntry, Params().Text(name)));
 }
 
 absl::StatusOr<bool> IsRecorded(Transaction& transaction, const std::string& name) {

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/children.h"
+#include "storage/each_row.h"
 #include "storage/postgres_results.h"
 #include "storage/scan_keys.h"
 
@@ -187,12 +188,10 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>
 
 absl::StatusOr<std::vector<RegistrationRow>> ReadRegistrations(Transaction& transaction, const char* sql,
                                                                const Params& params) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<RegistrationRow> registrations;
-  for (int row = 0; row < rows->count(); ++row) registrations.push_back(ReadRegistration(*rows, row));
-  if (absl::Status status = ReadChildren(transaction, &registrations); !status.ok()) return status;
-  return rows->Checked(std::move(registrations));
+  auto registrations = AllRows(transaction, sql, params, ReadRegistration);
+  if (!registrations.ok()) return registrations;
+  if (absl::Status status = ReadChildren(transaction, &*registrations); !status.ok()) return status;
+  return registrations;
 }
 
 }  // namespace
@@ -252,10 +251,7 @@ absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const Regi
 
 absl::StatusOr<std::optional<RegistrationRow>> FindRegistration(Transaction& transaction,
                                                                 const std::string& registration_id) {
-  auto rows = ReadRegistrations(transaction, kSelectRegistration, Params().Uuid(registration_id));
-  if (!rows.ok()) return rows.status();
-  if (rows->empty()) return std::nullopt;
-  return std::move(rows->front());
+  return FirstOf(ReadRegistrations(transaction, kSelectRegistration, Params().Uuid(registration_id)));
 }
 
 absl::StatusOr<std::vector<RegistrationRow>> ListRegistrations(Transaction& transaction,

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/children.h"
+#include "storage/each_row.h"
 #include "storage/one_read.h"
 #include "storage/postgres_results.h"
 #include "storage/scan_keys.h"
@@ -165,13 +166,9 @@ RepairRow ReadRepair(const Rows& rows, int row) {
 }
 
 absl::StatusOr<std::vector<RepairRow>> ReadRepairs(Transaction& transaction, const char* sql, const Params& params) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<RepairRow> all;
-  for (int row = 0; row < rows->count(); ++row) all.push_back(ReadRepair(*rows, row));
-  if (absl::Status read = rows->status(); !read.ok()) return read;
-  const ParentRows<RepairRow> parents(&all, &RepairRow::repair_id);
-  if (parents.ids().empty()) return all;
+  auto all = AllRows(transaction, sql, params, ReadRepair);
+  if (!all.ok() || all->empty()) return all;
+  const ParentRows<RepairRow> parents(&*all, &RepairRow::repair_id);
   const Params ids = Params().Uuids(parents.ids());
   absl::Status read =
       parents.Add(transaction.Execute(kSelectRepairScans, ids),
@@ -188,10 +185,7 @@ absl::StatusOr<std::vector<RepairRow>> ReadRepairs(Transaction& transaction, con
 }
 
 absl::StatusOr<std::optional<RepairRow>> FindRepair(Transaction& transaction, const std::string& id) {
-  auto found = ReadRepairs(transaction, kSelectRepair, Params().Uuid(id));
-  if (!found.ok()) return found.status();
-  if (found->empty()) return std::nullopt;
-  return std::move(found->front());
+  return FirstOf(ReadRepairs(transaction, kSelectRepair, Params().Uuid(id)));
 }
 
 absl::StatusOr<std::vector<RepairRow>> ListRepairs(Transaction& transaction, const RepairFilter& filter,
@@ -248,11 +242,7 @@ class PostgresRepairs final : public RepairResults {
   absl::StatusOr<std::vector<Row>> All(const std::string& repair_id, Deadline deadline, const char* select,
                                        const Read& read) const {
     return OneRead(database(), deadline, [&](Transaction& transaction) -> absl::StatusOr<std::vector<Row>> {
-      const absl::StatusOr<Rows> rows = transaction.Execute(select, Params().Uuid(repair_id));
-      if (!rows.ok()) return rows.status();
-      std::vector<Row> all;
-      for (int row = 0; row < rows->count(); ++row) all.push_back(read(*rows, row));
-      return rows->Checked(std::move(all));
+      return AllRows(transaction, select, Params().Uuid(repair_id), read);
     });
   }
 };

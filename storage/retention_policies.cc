@@ -1,6 +1,7 @@
 // How long points are kept, by kind; what is done about it is in retention.cc.
 #include <utility>
 
+#include "storage/each_row.h"
 #include "storage/retention.h"
 
 namespace sixpoint::storage {
@@ -71,13 +72,9 @@ absl::StatusOr<std::optional<RetentionPolicy>> FindRetentionPolicy(Transaction& 
 }
 
 absl::StatusOr<std::vector<RetentionPolicy>> ListRetentionPolicies(Transaction& transaction, const PolicyPage& page) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(
-      kSelectPolicies,
-      Params().Bool(page.all_revisions).Text(page.after_kind).Int(page.after_revision).Int(page.limit));
-  if (!rows.ok()) return rows.status();
-  std::vector<RetentionPolicy> policies;
-  for (int row = 0; row < rows->count(); ++row) policies.push_back(ReadPolicy(*rows, row));
-  return rows->Checked(std::move(policies));
+  return AllRows(transaction, kSelectPolicies,
+                 Params().Bool(page.all_revisions).Text(page.after_kind).Int(page.after_revision).Int(page.limit),
+                 ReadPolicy);
 }
 
 }  // namespace sixpoint::storage

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/clearances.h"
+#include "storage/each_row.h"
 #include "storage/scan_keys.h"
 
 namespace sixpoint::storage {
@@ -204,11 +205,7 @@ absl::StatusOr<std::vector<ScanRow>> ListScans(Transaction& transaction, const S
   const absl::StatusOr<Sight> sight = SightOf(transaction, filter.reader);
   if (!sight.ok()) return sight.status();
   params.Texts(sight->seen_blades ? *sight->seen_blades : sight->hidden_parts).Int(limit);
-  const absl::StatusOr<Rows> rows = transaction.Execute(sight->seen_blades ? kListSeenScans : kListScans, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<ScanRow> scans;
-  for (int row = 0; row < rows->count(); ++row) scans.push_back(ReadScan(*rows, row));
-  return rows->Checked(std::move(scans));
+  return AllRows(transaction, sight->seen_blades ? kListSeenScans : kListScans, params, ReadScan);
 }
 
 }  // namespace sixpoint::storage

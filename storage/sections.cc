@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/children.h"
+#include "storage/each_row.h"
 #include "storage/one_read.h"
 #include "storage/optional_reals.h"
 #include "storage/postgres_results.h"
@@ -198,23 +199,16 @@ absl::Status ReadChildren(Transaction& transaction, const ParentRows<SectionMeas
 absl::StatusOr<std::vector<SectionMeasurementRow>> ReadSectionMeasurements(Transaction& transaction, const char* sql,
                                                                            const Params& params,
                                                                            bool with_values = true) {
-  const absl::StatusOr<Rows> rows = transaction.Execute(sql, params);
-  if (!rows.ok()) return rows.status();
-  std::vector<SectionMeasurementRow> measurements;
-  for (int row = 0; row < rows->count(); ++row) measurements.push_back(ReadSectionMeasurement(*rows, row));
-  if (absl::Status read = rows->status(); !read.ok()) return read;
-  const ParentRows<SectionMeasurementRow> parents(&measurements, &SectionMeasurementRow::section_measurement_id);
-  if (parents.ids().empty()) return measurements;
+  auto measurements = AllRows(transaction, sql, params, ReadSectionMeasurement);
+  if (!measurements.ok() || measurements->empty()) return measurements;
+  const ParentRows<SectionMeasurementRow> parents(&*measurements, &SectionMeasurementRow::section_measurement_id);
   if (absl::Status read = ReadChildren(transaction, parents, with_values); !read.ok()) return read;
   return measurements;
 }
 
 absl::StatusOr<std::optional<SectionMeasurementRow>> FindSectionMeasurement(Transaction& transaction,
                                                                             const std::string& id) {
-  auto found = ReadSectionMeasurements(transaction, kSelectSectionMeasurement, Params().Uuid(id));
-  if (!found.ok()) return found.status();
-  if (found->empty()) return std::nullopt;
-  return std::move(found->front());
+  return FirstOf(ReadSectionMeasurements(transaction, kSelectSectionMeasurement, Params().Uuid(id)));
 }
 
 absl::StatusOr<std::vector<SectionMeasurementRow>> ListSectionMeasurements(Transaction& transaction,
