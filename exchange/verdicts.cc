@@ -8,21 +8,19 @@ namespace {
 struct Row {
   Verdict verdict;
   std::string_view name, qif, qif_inspection;
-  int opc_ua;
 };
 constexpr Row kRows[] = {
-    {Verdict::kConform, "CONFORM", "PASS", "PASS", 1},
-    {Verdict::kNotConform, "NOT_CONFORM", "FAIL", "FAIL", 2},
-    {Verdict::kUndecidable, "UNDECIDABLE", "INDETERMINATE", "UNKNOWN", 3},
-    {Verdict::kNotMeasured, "NOT_MEASURED", "NOT_ANALYZED", "NOT_MEASURED", 0},
+    {Verdict::kConform, "CONFORM", "PASS", "PASS"},
+    {Verdict::kNotConform, "NOT_CONFORM", "FAIL", "FAIL"},
+    {Verdict::kUndecidable, "UNDECIDABLE", "INDETERMINATE", "UNKNOWN"},
+    {Verdict::kNotMeasured, "NOT_MEASURED", "NOT_ANALYZED", "NOT_MEASURED"},
 };
 constexpr std::string_view kRework = "REWORK";
 constexpr std::string_view kKinds[] = {"position", "inclination", "profile", "other", "length", "angle", "ratio"};
 
 const Row& RowOf(Verdict verdict) { return kRows[static_cast<int>(verdict)]; }
 
-template <typename Text>
-std::optional<Verdict> VerdictWith(Text Row::*column, Text text) {
+std::optional<Verdict> VerdictWith(std::string_view Row::*column, std::string_view text) {
   for (const Row& row : kRows)
     if (row.*column == text) return row.verdict;
   return std::nullopt;
@@ -42,9 +40,6 @@ std::string_view QifInspectionStatus(Verdict verdict) { return RowOf(verdict).qi
 std::optional<Verdict> VerdictOfQifInspectionStatus(std::string_view status) {
   return status == kRework ? Verdict::kNotConform : VerdictWith(&Row::qif_inspection, status);
 }
-
-int OpcUaResultEvaluation(Verdict verdict) { return RowOf(verdict).opc_ua; }
-std::optional<Verdict> VerdictOfOpcUaResultEvaluation(int evaluation) { return VerdictWith(&Row::opc_ua, evaluation); }
 
 std::string_view KindName(Characteristic::Kind kind) { return kKinds[static_cast<int>(kind)]; }
 std::optional<Characteristic::Kind> KindNamed(std::string_view name) {

@@ -22,10 +22,6 @@ std::string_view QifInspectionStatus(Verdict verdict);
 // None of what says nothing: SYSERROR, UNDEFINED, NOT_CALCULATED.
 std::optional<Verdict> VerdictOfQifInspectionStatus(std::string_view status);
 
-// ResultEvaluation of OPC 40001-101: 1 OK, 2 not OK, 3 not decidable, 0 undefined.
-int OpcUaResultEvaluation(Verdict verdict);
-std::optional<Verdict> VerdictOfOpcUaResultEvaluation(int evaluation);
-
 // position, inclination, profile, other.
 std::string_view KindName(Characteristic::Kind kind);
 std::optional<Characteristic::Kind> KindNamed(std::string_view name);

@@ -68,7 +68,7 @@ void CompareClosedForms(int poses, nlohmann::json* figures) {
   double worst_ab = 0, worst_bc = 0;
   for (int i = 0; i < poses; ++i) {
     const ToolTarget target = drawn.Next();
-    const auto of_ab = ab.SolveBranches(target, nominal).value(), of_bc = bc.SolveBranches(target, nominal).value();
+    const auto of_ab = BothBranches(ab, target, nominal), of_bc = BothBranches(bc, target, nominal);
     for (const Commands& wanted : OfAbTable(kPointC, target.tip_in_zero_mm, target.axis_in_zero))
       worst_ab = std::fmax(worst_ab, Difference(of_ab, wanted, 0));
     for (const Commands& wanted : OfTiltRotaryTable(kZ12_mm, target.tip_in_zero_mm, target.axis_in_zero))
@@ -103,12 +103,12 @@ void SolveRandomChains(int poses, nlohmann::json* figures) {
           at(k) = chain.motion(k).kind == JointKind::kRotary ? drawn.turn(drawn.random) : drawn.place(drawn.random);
         const ToolTarget target = TargetAt(chain, options.tool, at);
         ++targets;
-        const auto branches = solver->SolveBranches(target, at);
-        if (!branches.ok()) continue;  // linear joints nearly dependent there: more than 10 m to go
+        const auto branches = BothBranches(*solver, target, at);
+        if (branches.empty()) continue;  // linear joints nearly dependent there: more than 10 m to go
         ++of_class;
-        twice += branches->size() == 2;
+        twice += branches.size() == 2;
         bool is_own = false;
-        for (const ChainSolution& solution : *branches) {
+        for (const ChainSolution& solution : branches) {
           const Arrival arrival = ArrivalOf(chain, options.tool, target, solution.reached);
           class_mm = std::fmax(class_mm, arrival.off_mm);
           class_rad = std::fmax(class_rad, arrival.off_rad);

@@ -15,6 +15,7 @@
 #include "metrology/frames/angles.h"
 #include "metrology/sections/section_uncertainty.h"
 #include "tests/metrology/sections/airfoils.h"
+#include "tests/metrology/sections/loop_outline.h"
 
 namespace sixpoint::bench {
 namespace {

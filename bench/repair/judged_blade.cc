@@ -29,7 +29,13 @@ DrawnBlade DrawBlade(const NominalBlade& nominal, int thread_count) {
   options.round_ends = true;  // of plant-a's blade
   options.thread_count = thread_count;
   std::vector<double> z_mm = MeasuredHeights(options.heights, 0);
-  for (const double z : TargetHeights(options.heights)) z_mm.push_back(z);
+  // The same steps go on to the target, which ends them.
+  for (auto k = static_cast<double>(z_mm.size());; ++k) {
+    const double z = options.heights.first_mm + k * options.heights.line_width_mm;
+    if (z >= options.heights.target_mm - 1e-9) break;
+    z_mm.push_back(z);
+  }
+  z_mm.push_back(options.heights.target_mm);
   drawn.sections = *NominalSections(*nominal.surface, z_mm, options);
   return drawn;
 }

@@ -10,6 +10,7 @@
 #include "bench/goals.h"
 #include "bench/repair/judged_blade.h"
 #include "bench/repair/milled_blade.h"
+#include "tests/metrology/repair/camber_check.h"
 
 namespace sixpoint::bench {
 namespace {

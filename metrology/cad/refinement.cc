@@ -13,6 +13,7 @@
 #include "metrology/cad/cad_refusal.h"
 #include "metrology/cad/healing.h"
 #include "metrology/mesh/cubic_patch.h"
+#include "refusal/message_text.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -343,8 +344,8 @@ class Refiner {
   absl::StatusOr<TriangleMesh> Finish() const {
     const double gap_mm = gaps_mm_.empty() ? 0 : *std::max_element(gaps_mm_.begin(), gaps_mm_.end());
     if (!(error_mm_ <= options_.chordal_error_mm + gap_mm))
-      return RefuseCad("chordal_error_um", std::to_string(1e3 * error_mm_),
-                       "at most " + std::to_string(1e3 * options_.chordal_error_mm));
+      return RefuseCad("chordal_error_um", Rounded(1e3 * error_mm_),
+                       "at most " + Rounded(1e3 * options_.chordal_error_mm));
     TriangleMesh mesh;
     mesh.chordal_error_um = 1e3 * error_mm_;
     mesh.vertices_mm = mesh_.vertices_mm;

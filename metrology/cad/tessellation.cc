@@ -57,7 +57,7 @@ absl::Status CheckExtent(const TopoDS_Shape& shape, double* extent_mm) {
   box.Get(low[0], low[1], low[2], high[0], high[1], high[2]);
   const double extent = *extent_mm = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
   if (!(extent >= kLeastExtentMm && extent <= kGreatestExtentMm))
-    return RefuseCad("extent_mm", std::to_string(extent), "0.1 to 10000; are its units right?");
+    return RefuseCad("extent_mm", Rounded(extent), "0.1 to 10000; are its units right?");
   return absl::OkStatus();
 }
 

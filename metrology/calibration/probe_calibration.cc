@@ -362,13 +362,4 @@ absl::StatusOr<std::vector<ProbeFaceCheck>> CheckProbe(const ProbeCalibration& p
   return checks;
 }
 
-absl::StatusOr<double> SmallestBlockAngle(double theta) {
-  if (!(theta >= M_PI / 4 - 1e-12 && theta <= M_PI / 2))
-    return Refuse("greatest_approach_angle_deg", Rounded(theta / kRadPerDeg),
-                  "45 to 90: no beam meets two square faces at less than 45 deg each");
-  if (std::cos(theta) <= 1 / std::sqrt(3.0)) return 0;
-  const double psi = std::acos(std::min(1.0, std::sqrt(2.0) * std::cos(theta)));
-  return std::atan(1 / (std::tan(psi + theta) * std::sqrt(2.0)));
-}
-
 }  // namespace sixpoint::metrology

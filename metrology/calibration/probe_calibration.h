@@ -91,12 +91,4 @@ absl::StatusOr<std::vector<ProbeFaceCheck>> CheckProbe(const ProbeCalibration& p
                                                        const std::vector<ProbeReading>& moved_readings,
                                                        const ProbeOptions& options);
 
-// The smallest block angle for a greatest approach angle, both rad. The block: two faces square to each other (normals x
-// and y) and a third that falls by the block angle along both of its edges; 0 is the corner of a cube. Seen along the
-// beam that meets all three at one angle theta, the beam leaves the diagonal of x and y by psi = acos(sqrt2 cos theta)
-// and the third normal by psi + theta, so tan alpha = cot(psi + theta) / sqrt2. The printed formula is this one with the
-// sqrt2 under the cosine instead of beside it; as printed it gives -30 deg at 60 deg. From acos(1/sqrt3) = 54.7 deg on,
-// the cube's corner is allowed: 0. INVALID_ARGUMENT below 45 deg (square faces cannot both be met) and above 90 deg.
-absl::StatusOr<double> SmallestBlockAngle(double greatest_approach_angle_rad);
-
 }  // namespace sixpoint::metrology

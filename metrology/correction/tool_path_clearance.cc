@@ -176,17 +176,4 @@ absl::StatusOr<std::vector<PathClearance>> MeasurePathClearances(
   return found;
 }
 
-absl::Status CheckPathClearances(const NominalToolPath& path, const std::vector<PathClearance>& clearances,
-                                 const PathClearanceLimits& limits) {
-  Refusals refusals;
-  for (const PathClearance& least : clearances) {
-    if (least.clearance_mm >= limits.clearance_mm) continue;
-    refusals.Add(Refuse("paths[" + path.name + "].poses[" + std::to_string(least.from) + "]",
-                        Rounded(least.clearance_mm) + " mm from the part, " + Rounded(100 * least.share) +
-                            " % of the way to the next pose, " + Rounded(least.height_mm) + " mm above the tip",
-                        "at least " + Rounded(limits.clearance_mm) + " mm beside the mouth"));
-  }
-  return refusals.status();
-}
-
 }  // namespace sixpoint::metrology

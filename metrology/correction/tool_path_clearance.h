@@ -4,7 +4,6 @@
 // Frames: part. Units: mm. The same inputs give the same bits.
 #pragma once
 
-#include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
 #include <functional>
@@ -49,9 +48,5 @@ absl::StatusOr<std::vector<PathClearance>> MeasurePathClearances(
     const NominalToolPath& path, const CorrectedToolPath& corrected, const RegisteredPose& pose, const RotaryAxes& axes,
     const Drilling& drilling, const PathTool& tool, const PathClearanceLimits& limits, const Surface& surface,
     const std::function<bool()>& keep_going);
-
-// INVALID_ARGUMENT with "paths[NAME].poses[3]", where it is how near, and what is wanted, of each that is below the limit.
-absl::Status CheckPathClearances(const NominalToolPath& path, const std::vector<PathClearance>& clearances,
-                                 const PathClearanceLimits& limits);
 
 }  // namespace sixpoint::metrology

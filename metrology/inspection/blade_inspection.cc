@@ -10,6 +10,7 @@
 #include "metrology/parallel/keep_going.h"
 #include "metrology/parallel/loops.h"
 #include "metrology/surface/neighbours.h"
+#include "refusal/message_text.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -260,7 +261,7 @@ DeviationSummary BladeInspection::Summarise() {
 
 absl::StatusOr<BladeFindings> BladeInspection::Finish() {
   if (deviations_mm_.empty())
-    return absl::FailedPreconditionError("scans: no point within " + std::to_string(options_.farthest_mm) +
+    return absl::FailedPreconditionError("scans: no point within " + NumberText(options_.farthest_mm) +
                                          " mm of the CAD, want scans of this blade");
   BladeFindings findings;
   std::vector<Judged> judged(holes_.size());

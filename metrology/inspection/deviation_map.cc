@@ -11,6 +11,7 @@
 #include "metrology/inspection/stated_value.h"
 #include "metrology/linear_algebra/symmetric.h"
 #include "metrology/parallel/loops.h"
+#include "refusal/message_text.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -380,7 +381,7 @@ absl::StatusOr<DeviationField> DeviationMap::Finish() {
   field.whole = StatisticsOf(field, nullptr, histograms.front());
   if (!field.whole.values)
     return absl::FailedPreconditionError("scans: no patch of the CAD has " + std::to_string(options_.least_points) +
-                                         " points within " + std::to_string(options_.farthest_mm) +
+                                         " points within " + NumberText(options_.farthest_mm) +
                                          " mm, want scans of this blade");
   for (std::size_t r = 0; r < regions_.size(); ++r)
     field.regions.push_back(StatisticsOf(field, &regions_[r], histograms[1 + r]));

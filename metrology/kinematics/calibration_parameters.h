@@ -71,14 +71,6 @@ inline constexpr int kCalibrationParameterCount =
 inline constexpr int kFirstAxisParameter = kSensorParameterCount, kFirstFieldParameter = kCalibratedParameterCount,
                      kFirstLinearParameter = kFirstFieldParameter + kFieldParameterCount;
 
-inline constexpr CalibrationParameter CalibrationParameterAt(int index) {
-  if (index < kSensorParameterCount) return kSensorParameters[static_cast<std::size_t>(index)];
-  if (index < kCalibratedParameterCount)
-    return kAxisParameters[static_cast<std::size_t>(index - kSensorParameterCount)];
-  if (index < kFirstLinearParameter) return kFieldParameters[static_cast<std::size_t>(index - kFirstFieldParameter)];
-  return kLinearParameters[static_cast<std::size_t>(index - kFirstLinearParameter)];
-}
-
 using SensorCovariance = Eigen::Matrix<double, kSensorParameterCount, kSensorParameterCount>;
 using AxesCovariance = Eigen::Matrix<double, kAxisParameterCount, kAxisParameterCount>;
 // Change of a sensor's calibrated parameters per field parameter of the scans that it was found from.

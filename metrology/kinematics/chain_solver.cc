@@ -262,70 +262,27 @@ absl::Status ChainSolver::Refusal(const ToolTarget& target, const TurnChoices& f
   return least.empty() ? BeyondReach({{names, "at a limit", "within the limits"}}) : BeyondReach(least);
 }
 
-ChainSolution ChainSolver::SolutionOf(const TurnChoice& choice, Eigen::VectorXd reached) const {
-  ChainSolution solution;
-  solution.commanded = Commanded(reached);
-  solution.reached = std::move(reached);
-  solution.tilt_rad = choice.tilt_rad;
-  if (choice.loose != WhichTurn::kNone) solution.loose_joint = rotary_[choice.loose == WhichTurn::kFirst ? 0 : 1];
-  return solution;
-}
-
-absl::StatusOr<std::vector<ChainSolver::Branch>> ChainSolver::Nearest(absl::Span<const Vector3d> tips_in_zero_mm,
-                                                                      const Vector3d& axis_in_zero,
-                                                                      const Eigen::VectorXd& nominal_commanded,
-                                                                      double allowed_tilt_rad, size_t most) const {
-  for (const Vector3d& tip : tips_in_zero_mm)
-    if (absl::Status status = Check({tip, axis_in_zero}, nominal_commanded, allowed_tilt_rad); !status.ok())
-      return status;
-  const TurnChoices found = NearestTurns(turns_, tool_.axis_in_tool, axis_in_zero.normalized(),
-                                         ReachedTurns(nominal_commanded), limits_, allowed_tilt_rad);
-  std::vector<Branch> branches;
-  absl::Status refusal;
-  for (int k = 0; k < found.count && branches.size() < most; ++k) {
-    const TurnChoice& choice = found.choices[static_cast<size_t>(k)];
-    Branch branch;
-    for (const Vector3d& tip : tips_in_zero_mm) {
-      auto reached = Place(tip, choice.angles, nominal_commanded);
-      if (reached.ok()) {
-        branch.push_back(SolutionOf(choice, *std::move(reached)));
-        continue;
-      }
-      const std::string which = "tips_in_zero_mm[" + std::to_string(branch.size()) + "].";
-      refusal.Update(tips_in_zero_mm.size() > 1 ? UnderField(which, reached.status()) : reached.status());
-      break;
-    }
-    if (branch.size() == tips_in_zero_mm.size()) branches.push_back(std::move(branch));
-  }
-  if (!branches.empty()) return branches;
-  return refusal.ok() ? Refusal({tips_in_zero_mm.front(), axis_in_zero}, found, allowed_tilt_rad) : refusal;
-}
-
 absl::StatusOr<ChainSolution> ChainSolver::Solve(const ToolTarget& target, const Eigen::VectorXd& nominal_commanded,
                                                  double allowed_tilt_rad) const {
-  auto nearest = Nearest({&target.tip_in_zero_mm, 1}, target.axis_in_zero, nominal_commanded, allowed_tilt_rad, 1);
-  if (!nearest.ok()) return nearest.status();
-  return std::move(nearest->front().front());
-}
-
-absl::StatusOr<std::vector<ChainSolution>> ChainSolver::SolveGroup(const std::vector<Vector3d>& tips_in_zero_mm,
-                                                                   const Vector3d& axis_in_zero,
-                                                                   const Eigen::VectorXd& nominal_commanded,
-                                                                   double allowed_tilt_rad) const {
-  if (tips_in_zero_mm.empty()) return Refuse("tips_in_zero_mm", "none", "one at least");
-  auto nearest = Nearest(tips_in_zero_mm, axis_in_zero, nominal_commanded, allowed_tilt_rad, 1);
-  if (!nearest.ok()) return nearest.status();
-  return std::move(nearest->front());
-}
-
-absl::StatusOr<std::vector<ChainSolution>> ChainSolver::SolveBranches(const ToolTarget& target,
-                                                                      const Eigen::VectorXd& nominal_commanded,
-                                                                      double allowed_tilt_rad) const {
-  auto nearest = Nearest({&target.tip_in_zero_mm, 1}, target.axis_in_zero, nominal_commanded, allowed_tilt_rad, 2);
-  if (!nearest.ok()) return nearest.status();
-  std::vector<ChainSolution> solutions;
-  for (Branch& branch : *nearest) solutions.push_back(std::move(branch.front()));
-  return solutions;
+  if (absl::Status status = Check(target, nominal_commanded, allowed_tilt_rad); !status.ok()) return status;
+  const TurnChoices found = NearestTurns(turns_, tool_.axis_in_tool, target.axis_in_zero.normalized(),
+                                         ReachedTurns(nominal_commanded), limits_, allowed_tilt_rad);
+  absl::Status refusal;
+  for (int k = 0; k < found.count; ++k) {
+    const TurnChoice& choice = found.choices[static_cast<size_t>(k)];
+    auto reached = Place(target.tip_in_zero_mm, choice.angles, nominal_commanded);
+    if (!reached.ok()) {
+      refusal.Update(reached.status());
+      continue;
+    }
+    ChainSolution solution;
+    solution.commanded = Commanded(*reached);
+    solution.reached = *std::move(reached);
+    solution.tilt_rad = choice.tilt_rad;
+    if (choice.loose != WhichTurn::kNone) solution.loose_joint = rotary_[choice.loose == WhichTurn::kFirst ? 0 : 1];
+    return solution;
+  }
+  return refusal.ok() ? Refusal(target, found, allowed_tilt_rad) : refusal;
 }
 
 }  // namespace sixpoint::metrology

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <absl/status/statusor.h>
-#include <absl/types/span.h>
 
 #include <Eigen/Core>
 #include <array>
@@ -62,16 +61,6 @@ class ChainSolver {
   // and by how much; linear joints dependent at these angles.
   absl::StatusOr<ChainSolution> Solve(const ToolTarget& target, const Eigen::VectorXd& nominal_commanded,
                                       double allowed_tilt_rad = 0) const;
-  // Tips with one axis, such as a hole group's: the rotary joints stand still, and every tip must be within the limits. One solution a
-  // tip. Refused as Solve, with the tip's number.
-  absl::StatusOr<std::vector<ChainSolution>> SolveGroup(const std::vector<Eigen::Vector3d>& tips_in_zero_mm,
-                                                        const Eigen::Vector3d& axis_in_zero,
-                                                        const Eigen::VectorXd& nominal_commanded,
-                                                        double allowed_tilt_rad = 0) const;
-  // Every branch that is within all limits, each at its whole turn nearest to nominal; the nearest first. Refused as Solve.
-  absl::StatusOr<std::vector<ChainSolution>> SolveBranches(const ToolTarget& target,
-                                                           const Eigen::VectorXd& nominal_commanded,
-                                                           double allowed_tilt_rad = 0) const;
 
   // The linear joints that bring the tip there with the rotary ones at these angles, and these with them: what is reached. OUT_OF_RANGE:
   // beyond the limits of a linear joint, or these are dependent at the angles. The rotary joints' own limits are not looked at.
@@ -96,17 +85,11 @@ class ChainSolver {
   explicit ChainSolver(JointChain chain) : chain_(std::move(chain)) {}
   absl::Status SortJoints(const ChainSolverOptions& options);
   absl::Status CheckDirections() const;
-  using Branch = std::vector<ChainSolution>;  // one for each tip
-  absl::StatusOr<std::vector<Branch>> Nearest(absl::Span<const Eigen::Vector3d> tips_in_zero_mm,
-                                              const Eigen::Vector3d& axis_in_zero,
-                                              const Eigen::VectorXd& nominal_commanded, double allowed_tilt_rad,
-                                              size_t most) const;
   double CommandFor(int joint, double reached_rad) const;
   double Reached(int joint, double commanded_rad) const;
   Travel TravelOf(int joint) const {
     return travel_.empty() ? Travel::kUnknown : travel_.at(static_cast<size_t>(joint));
   }
-  ChainSolution SolutionOf(const TurnChoice& choice, Eigen::VectorXd reached) const;
   // What one side does to a point, its solved linear joints at 0, and the directions that they move it by.
   struct Side {
     Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();

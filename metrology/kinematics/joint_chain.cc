@@ -105,7 +105,6 @@ absl::StatusOr<JointChain> JointChain::Make(std::vector<Joint> part_side, std::v
     if (absl::Status s = CheckJoint(joint, &axes); !s.ok()) return s;
     JointMotion motion = joint.motion;
     motion.line.direction = joint.sign < 0 ? Eigen::Vector3d(-motion.line.direction) : motion.line.direction;
-    (i < chain.part_size_ ? chain.part_parameters_ : chain.tool_parameters_) += motion.ParameterCount();
     chain.motions_.push_back(motion);
   }
   return chain;
@@ -161,49 +160,6 @@ Eigen::Isometry3d JointChain::MachineFromTool(const Eigen::VectorXd& positions) 
 
 Eigen::Isometry3d JointChain::ZeroFromTool(const Eigen::VectorXd& positions) const {
   return MachineFromZero(positions).inverse() * MachineFromTool(positions);
-}
-
-Eigen::Matrix3Xd JointChain::PartPositionJacobian(const Eigen::Vector3d& p, const Eigen::VectorXd& positions) const {
-  Eigen::Matrix3Xd jacobian = Eigen::Matrix3Xd::Zero(3, size());
-  CarryPositionJacobian(motions_.data(), positions.data(), part_size_, p, jacobian.leftCols(part_size_));
-  return jacobian;
-}
-
-// q = P^-1 T p, so with m = T p: dq = P^-1 (dT p - dP q).
-Eigen::Matrix3Xd JointChain::ToolPositionJacobian(const Eigen::Vector3d& p, const Eigen::VectorXd& positions) const {
-  const int tool_size = size() - part_size_;
-  Eigen::Matrix3Xd jacobian = -PartPositionJacobian(ZeroFromTool(positions) * p, positions);
-  CarryPositionJacobian(motions_.data() + part_size_, positions.data() + part_size_, tool_size, p,
-                        jacobian.rightCols(tool_size));
-  return MachineFromZero(positions).linear().transpose() * jacobian;
-}
-
-Eigen::Matrix3Xd JointChain::PartParameterJacobian(const Eigen::Vector3d& p, const Eigen::VectorXd& positions) const {
-  Eigen::Matrix3Xd jacobian = Eigen::Matrix3Xd::Zero(3, parameter_count());
-  CarryParameterJacobian(motions_.data(), positions.data(), part_size_, p, jacobian.leftCols(part_parameters_));
-  return jacobian;
-}
-
-Eigen::Matrix3Xd JointChain::ToolParameterJacobian(const Eigen::Vector3d& p, const Eigen::VectorXd& positions) const {
-  Eigen::Matrix3Xd jacobian = -PartParameterJacobian(ZeroFromTool(positions) * p, positions);
-  CarryParameterJacobian(motions_.data() + part_size_, positions.data() + part_size_, size() - part_size_, p,
-                         jacobian.rightCols(tool_parameters_));
-  return MachineFromZero(positions).linear().transpose() * jacobian;
-}
-
-JointChain JointChain::Perturbed(const Eigen::VectorXd& perturbation) const {
-  JointChain changed = *this;
-  int at = 0;
-  for (size_t i = 0; i < motions_.size(); ++i) {
-    const int count = motions_[i].ParameterCount();
-    Eigen::Vector4d w = Eigen::Vector4d::Zero();
-    w.head(count) = perturbation.segment(at, count);
-    at += count;
-    changed.motions_[i].line = PerturbedLine(motions_[i].line, w);
-    changed.joints_[i].motion.line = changed.motions_[i].line;
-    if (joints_[i].sign < 0) changed.joints_[i].motion.line.direction *= -1;
-  }
-  return changed;
 }
 
 }  // namespace sixpoint::metrology

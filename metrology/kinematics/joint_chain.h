@@ -82,26 +82,11 @@ class JointChain {
   // A point fixed to the tool, where the part's own frame (at rest: the machine's) sees it.
   Eigen::Isometry3d ZeroFromTool(const Eigen::VectorXd& positions) const;
 
-  // 3 x size(): change of MachineFromZero * p, of ZeroFromTool * p, per position.
-  Eigen::Matrix3Xd PartPositionJacobian(const Eigen::Vector3d& point_in_zero_mm,
-                                        const Eigen::VectorXd& positions) const;
-  Eigen::Matrix3Xd ToolPositionJacobian(const Eigen::Vector3d& point_in_tool_mm,
-                                        const Eigen::VectorXd& positions) const;
-  // 3 x parameter_count(): the same per line parameter, all joints in order.
-  Eigen::Matrix3Xd PartParameterJacobian(const Eigen::Vector3d& point_in_zero_mm,
-                                         const Eigen::VectorXd& positions) const;
-  Eigen::Matrix3Xd ToolParameterJacobian(const Eigen::Vector3d& point_in_tool_mm,
-                                         const Eigen::VectorXd& positions) const;
-  int parameter_count() const { return part_parameters_ + tool_parameters_; }
-  // The chain with its lines changed by that many parameters.
-  JointChain Perturbed(const Eigen::VectorXd& perturbation) const;
-
  private:
   // Signs folded into the directions, so that a command is a position.
   std::vector<JointMotion> motions_;
   std::vector<Joint> joints_;
   int part_size_ = 0;
-  int part_parameters_ = 0, tool_parameters_ = 0;
 };
 
 }  // namespace sixpoint::metrology

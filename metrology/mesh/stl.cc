@@ -109,7 +109,7 @@ absl::StatusOr<TriangleMesh> ReadStl(std::string_view bytes, double unit_mm) {
       return RefuseStl("facets[" + std::to_string(i / 3) + "].vertex", "not finite", "finite coordinates");
     if (!(vertex.cwiseAbs().maxCoeff() <= kGreatestCoordinateMm))
       return RefuseStl("facets[" + std::to_string(i / 3) + "].vertex",
-                       "a coordinate of " + std::to_string(vertex.cwiseAbs().maxCoeff()) + " mm",
+                       "a coordinate of " + Rounded(vertex.cwiseAbs().maxCoeff()) + " mm",
                        "at most 1e7 mm; is unit_mm right?");
   }
   const std::vector<std::uint32_t> welded = Weld(0, &mesh.vertices_mm);

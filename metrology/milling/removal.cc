@@ -68,15 +68,6 @@ struct Way {
 
 }  // namespace
 
-std::optional<double> EntersCapsule(const Dexel& dexel, const Vector3d& from_mm, const Vector3d& to_mm,
-                                    double radius_mm) {
-  std::optional<double> least;
-  for (const auto& stretch : {InBall(dexel, from_mm, radius_mm), InBall(dexel, to_mm, radius_mm),
-                              InCylinder(dexel, from_mm, to_mm, radius_mm)})
-    if (stretch && (!least || stretch->low < *least)) least = stretch->low;
-  return least;
-}
-
 Removal Remove(const std::vector<Dexel>& dexels, const RecontourPath& path, const BallMill& mill, double depth_mm,
                int thread_count) {
   std::vector<Way> ways;

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 #include "metrology/milling/recontour_path.h"
@@ -26,10 +25,5 @@ struct Removal {
 };
 Removal Remove(const std::vector<Dexel>& dexels, const RecontourPath& path, const BallMill& mill, double depth_mm,
                int thread_count);
-
-// Of a capsule (a ball on its straight way), and of a cylinder that begins at a place and follows a direction: the least height at which the line
-// from base along the normal enters it, within the reach. Absent: it does not.
-std::optional<double> EntersCapsule(const Dexel& dexel, const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm,
-                                    double radius_mm);
 
 }  // namespace sixpoint::metrology

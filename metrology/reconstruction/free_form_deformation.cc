@@ -1,6 +1,5 @@
 #include "metrology/reconstruction/free_form_deformation.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -12,12 +11,9 @@ namespace sixpoint::metrology {
 namespace {
 
 using Eigen::Index;
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kMostControls = 4e6;  // 100 MB
-constexpr int kPullSteps = 40;
-constexpr double kPulled_mm = 1e-10;
 // A point of the box's upper face, found by arithmetic, may lie this part of a cell beyond it.
 constexpr double kBeyondBox = 1e-9;
 
@@ -165,20 +161,6 @@ absl::StatusOr<FreeFormDeformation::Local> FreeFormDeformation::At(const std::st
   return *std::move(local);
 }
 
-std::optional<Vector3d> FreeFormDeformation::PulledBack(const Vector3d& point_mm) const {
-  Vector3d at_mm = point_mm;
-  for (int step = 0; step < kPullSteps; ++step) {
-    const std::optional<Local> local = LocalAt(at_mm);
-    if (!local) return std::nullopt;
-    const Vector3d off_mm = point_mm - at_mm - local->displacement_mm;
-    if (off_mm.norm() < kPulled_mm) return at_mm;
-    const Matrix3d jacobian = local->Jacobian();
-    if (!(jacobian.determinant() > 1e-3)) return std::nullopt;
-    at_mm += jacobian.inverse() * off_mm;
-  }
-  return std::nullopt;
-}
-
 FreeFormDeformation FreeFormDeformation::Refined() const {
   FreeFormDeformation refined;
   refined.lattice_ = lattice_.Refined();
@@ -193,10 +175,6 @@ FreeFormDeformation FreeFormDeformation::Refined() const {
       for (int k = 0; k < refined.lattice_.cells[2]; ++k)
         refined.covered_[refined.lattice_.CellIndex(i, j, k)] = covered_[lattice_.CellIndex(i / 2, j / 2, k / 2)];
   return refined;
-}
-
-double FreeFormDeformation::GreatestControl_mm() const {
-  return controls_mm_.cols() > 0 ? controls_mm_.colwise().norm().maxCoeff() : 0;
 }
 
 }  // namespace sixpoint::metrology

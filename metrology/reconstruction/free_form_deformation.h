@@ -66,7 +66,6 @@ class FreeFormDeformation {
   const ControlDisplacements& controls_mm() const { return controls_mm_; }
   const std::vector<std::uint8_t>& covered() const { return covered_; }
 
-  bool Covers(const Eigen::Vector3d& point_mm) const { return WeightsAt(point_mm).has_value(); }
   // Unset outside the lattice.
   std::optional<LatticeWeights> WeightsAt(const Eigen::Vector3d& point_mm) const;
   std::optional<Eigen::Vector3d> DisplacementAt(const Eigen::Vector3d& point_mm) const;
@@ -74,14 +73,8 @@ class FreeFormDeformation {
   // The same for who must have it: INVALID_ARGUMENT, the field's value "outside the lattice".
   absl::StatusOr<Local> At(const std::string& field, const Eigen::Vector3d& point_mm) const;
 
-  // x with x + u(x) = point, by steps that shrink with the gradient; unset outside the lattice, or where they do not.
-  std::optional<Eigen::Vector3d> PulledBack(const Eigen::Vector3d& point_mm) const;
-
   // Cells half as wide, the same deformation (knots inserted at the middles).
   FreeFormDeformation Refined() const;
-
-  // Greatest length of a control's displacement: no point moves farther.
-  double GreatestControl_mm() const;
 
  private:
   FreeFormDeformation() = default;

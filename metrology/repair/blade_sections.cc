@@ -87,18 +87,6 @@ std::vector<double> MeasuredHeights(const SectionHeights& heights, double half_w
   return z_mm;
 }
 
-std::vector<double> TargetHeights(const SectionHeights& heights) {
-  std::vector<double> z_mm;
-  const auto measured = static_cast<double>(HeightsUpTo(heights).size());
-  for (std::size_t k = 0; k < kMostSections; ++k) {
-    const double z = heights.first_mm + (measured + static_cast<double>(k)) * heights.line_width_mm;
-    if (z >= heights.target_mm - kRounding_mm) break;
-    z_mm.push_back(z);
-  }
-  z_mm.push_back(heights.target_mm);
-  return z_mm;
-}
-
 absl::Status CheckHeights(const SectionHeights& heights) {
   Refusals refusals;
   for (const double z : {heights.first_mm, heights.cutoff_mm, heights.target_mm})

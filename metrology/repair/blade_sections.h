@@ -72,9 +72,8 @@ absl::StatusOr<std::vector<BladeSection>> NominalSections(const Surface& surface
                                                           const StackOptions& options);
 
 // Of the sections that are measured: first_mm to cutoff_mm in line widths, the last one so far below the cut-off that all of its slab is: points of
-// one side alone would stand for another height. And of those to be made: the line widths after the last one, up to target_mm, which ends them.
+// one side alone would stand for another height.
 std::vector<double> MeasuredHeights(const SectionHeights& heights, double half_width_mm);
-std::vector<double> TargetHeights(const SectionHeights& heights);
 
 // As MeasureSections refuses; also what only this room's readers need of options.
 absl::Status CheckHeights(const SectionHeights& heights);

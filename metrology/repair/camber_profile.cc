@@ -302,19 +302,4 @@ CamberStation StationAt(const CamberProfile& profile, double part) {
   return station;
 }
 
-CamberCheck CheckCamber(const CamberProfile& profile, const Outline& outline) {
-  const double leading_mm = outline.At(outline.Nearest(profile.leading.tip_mm));
-  const double trailing_mm = outline.At(outline.Nearest(profile.trailing.tip_mm));
-  const OutlineSides sides(outline, leading_mm, trailing_mm);
-  const auto differ = [&](const Vector2d& point_mm) { return std::abs(sides.Difference(point_mm)); };
-  CamberCheck check;
-  for (const CamberStation& station : profile.stations)
-    check.line_mm = std::max(check.line_mm, differ(station.centre_mm));
-  for (const Vector2d& point_mm : profile.leading.points_mm)
-    check.leading_extension_mm = std::max(check.leading_extension_mm, differ(point_mm));
-  for (const Vector2d& point_mm : profile.trailing.points_mm)
-    check.trailing_extension_mm = std::max(check.trailing_extension_mm, differ(point_mm));
-  return check;
-}
-
 }  // namespace sixpoint::metrology

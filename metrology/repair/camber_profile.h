@@ -62,13 +62,6 @@ absl::StatusOr<CamberProfile> ProfileOf(const Outline& outline, const LeadingHin
 // The line at a part of its length, 0 to 1, by a cubic between stations.
 CamberStation StationAt(const CamberProfile& profile, double part);
 
-// How much the line's distances from the two sides of the outline differ (published: below 0.022 mm; beyond the circles below 0.012 mm): 0 of the
-// true medial axis. The sides part at the profile's tips.
-struct CamberCheck {
-  double line_mm = 0, leading_extension_mm = 0, trailing_extension_mm = 0;  // greatest magnitudes
-};
-CamberCheck CheckCamber(const CamberProfile& profile, const Outline& outline);
-
 // Chebyshev-Lobatto: places 0 to 1, both ends included.
 std::vector<double> ChebyshevPlaces(std::size_t count);
 

@@ -24,7 +24,6 @@ class HeightPolynomial {
                    int degree_z);
 
   PolynomialValue At(const PolynomialPlace& place) const;
-  double residual_sigma() const { return sigma_; }
   double r_squared() const { return r_squared_; }  // coefficient of determination
 
  private:

@@ -65,14 +65,13 @@ absl::StatusOr<Ordered> OrderOf(const std::vector<SectionSample>& samples, doubl
   return ordered;
 }
 
-absl::StatusOr<SectionOutline> OfLoop(const std::vector<Eigen::Vector2d>& loop_mm, bool as_measured,
-                                      bool without_corners) {
+absl::StatusOr<SectionOutline> OfLoop(const std::vector<Eigen::Vector2d>& loop_mm, bool without_corners) {
   auto chain = ChainOfLoop(loop_mm);
   if (!chain.ok()) return chain.status();
   std::vector<FitPoint> points;
   for (std::size_t i = 0; i < chain->points_mm.size(); ++i)
     points.push_back({chain->points_mm[i], chain->at_mm[i], 0, 0, 1});
-  auto fitted = FitOutline(*chain, points, {0, true, true, as_measured, {}, without_corners});
+  auto fitted = FitOutline(*chain, points, {0, true, true, true, {}, without_corners});
   if (!fitted.ok()) return fitted.status();
   SectionOutline made;
   made.fitted = *std::move(fitted);
@@ -154,14 +153,10 @@ absl::StatusOr<SectionOutline> SurfaceOutline(const Surface& surface, const Sect
     return Refuse("plane", std::to_string(loops->size()) + " outlines of the surface",
                   "one, or a place near the one meant");
   }
-  auto made = OfLoop((*loops)[chosen], true, without_corners);
+  auto made = OfLoop((*loops)[chosen], without_corners);
   if (!made.ok()) return made.status();
   made->part_from_section = *part_from_section;
   return made;
-}
-
-absl::StatusOr<SectionOutline> LoopOutline(const std::vector<Eigen::Vector2d>& loop_mm) {
-  return OfLoop(loop_mm, false, false);
 }
 
 }  // namespace sixpoint::metrology

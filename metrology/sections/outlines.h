@@ -1,5 +1,5 @@
-// The outline of a part in a plane: from measured points, from its CAD surface, or from a polygon that is known. All come out as the same
-// curve, so that nominal and measured are evaluated alike.
+// The outline of a part in a plane: from measured points, or from its CAD surface. Both come out as the same curve, so that nominal and
+// measured are evaluated alike.
 //
 // Part frame in, section frame out; mm. Thread-safe; the same bits on any number of threads, and in whatever order points come.
 #pragma once
@@ -44,7 +44,5 @@ absl::StatusOr<SectionOutline> MeasuredOutline(const Points& points_mm, const Se
 // near_mm (part frame): of several outlines the one that comes nearest to it; without it several are refused. without_corners: as in OutlineOptions.
 absl::StatusOr<SectionOutline> SurfaceOutline(const Surface& surface, const SectionPlane& plane,
                                               const Eigen::Vector3d* near_mm, bool without_corners = false);
-// A closed polygon, in order, section frame.
-absl::StatusOr<SectionOutline> LoopOutline(const std::vector<Eigen::Vector2d>& loop_mm);
 
 }  // namespace sixpoint::metrology

@@ -79,11 +79,10 @@ TEST(Verdicts, AreTheSameBothWays) {
   const struct {
     Verdict verdict;
     const char *name, *qif, *inspection;
-    int opc_ua;
-  } rows[] = {{Verdict::kConform, "CONFORM", "PASS", "PASS", 1},
-              {Verdict::kNotConform, "NOT_CONFORM", "FAIL", "FAIL", 2},
-              {Verdict::kUndecidable, "UNDECIDABLE", "INDETERMINATE", "UNKNOWN", 3},
-              {Verdict::kNotMeasured, "NOT_MEASURED", "NOT_ANALYZED", "NOT_MEASURED", 0}};
+  } rows[] = {{Verdict::kConform, "CONFORM", "PASS", "PASS"},
+              {Verdict::kNotConform, "NOT_CONFORM", "FAIL", "FAIL"},
+              {Verdict::kUndecidable, "UNDECIDABLE", "INDETERMINATE", "UNKNOWN"},
+              {Verdict::kNotMeasured, "NOT_MEASURED", "NOT_ANALYZED", "NOT_MEASURED"}};
   for (const auto& row : rows) {
     EXPECT_EQ(VerdictName(row.verdict), row.name);
     EXPECT_EQ(VerdictNamed(row.name), row.verdict);
@@ -91,13 +90,10 @@ TEST(Verdicts, AreTheSameBothWays) {
     EXPECT_EQ(VerdictOfQifStatus(row.qif), row.verdict);
     EXPECT_EQ(QifInspectionStatus(row.verdict), row.inspection);
     EXPECT_EQ(VerdictOfQifInspectionStatus(row.inspection), row.verdict);
-    EXPECT_EQ(OpcUaResultEvaluation(row.verdict), row.opc_ua);
-    EXPECT_EQ(VerdictOfOpcUaResultEvaluation(row.opc_ua), row.verdict);
   }
   EXPECT_EQ(VerdictOfQifStatus("REWORK"), Verdict::kNotConform);
   for (const char* status : {"SYSERROR", "UNDEFINED", "BASIC_OR_TED", "", "pass"})
     EXPECT_FALSE(VerdictOfQifStatus(status)) << status;
-  EXPECT_FALSE(VerdictOfOpcUaResultEvaluation(4));
 }
 
 }  // namespace

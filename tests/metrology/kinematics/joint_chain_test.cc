@@ -100,27 +100,33 @@ TEST(JointChain, DerivativesAreThoseOfDifferences) {
   constexpr double kStep = 1e-6;
   // Rounding: 1e-14 * 400 mm / 1e-6.
   constexpr double kTolerance = 1e-5;
-  const Eigen::Matrix3Xd part = chain.PartPositionJacobian(p, at), tool = chain.ToolPositionJacobian(p, at);
-  for (int k = 0; k < chain.size(); ++k) {
-    const Eigen::VectorXd up = at + kStep * Eigen::VectorXd::Unit(5, k),
-                          down = at - kStep * Eigen::VectorXd::Unit(5, k);
-    EXPECT_LT(((chain.MachineFromZero(up) * p - chain.MachineFromZero(down) * p) / (2 * kStep) - part.col(k)).norm(),
-              kTolerance);
-    EXPECT_LT(((chain.ZeroFromTool(up) * p - chain.ZeroFromTool(down) * p) / (2 * kStep) - tool.col(k)).norm(),
-              kTolerance);
+  std::vector<JointMotion> joints;
+  int parameters = 0;
+  for (int i = 0; i < chain.size(); ++i) {
+    joints.push_back(chain.motion(i));
+    parameters += joints.back().ParameterCount();
   }
-  const Eigen::Matrix3Xd part_lines = chain.PartParameterJacobian(p, at),
-                         tool_lines = chain.ToolParameterJacobian(p, at);
-  ASSERT_EQ(chain.parameter_count(), 2 + 4 + 4 + 2 + 4);
-  for (int k = 0; k < chain.parameter_count(); ++k) {
-    const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(chain.parameter_count(), k);
-    const JointChain up = chain.Perturbed(step), down = chain.Perturbed(-step);
-    EXPECT_LT(((up.MachineFromZero(at) * p - down.MachineFromZero(at) * p) / (2 * kStep) - part_lines.col(k)).norm(),
-              kTolerance)
-        << k;
-    EXPECT_LT(((up.ZeroFromTool(at) * p - down.ZeroFromTool(at) * p) / (2 * kStep) - tool_lines.col(k)).norm(),
-              kTolerance)
-        << k;
+  ASSERT_EQ(parameters, 2 + 4 + 4 + 2 + 4);
+  const auto carried = [&](const std::vector<JointMotion>& by, const Eigen::VectorXd& positions) -> Vector3d {
+    return Carry(by.data(), positions.data(), chain.size()) * p;
+  };
+  Eigen::Matrix3Xd by_position(3, chain.size()), by_line(3, parameters);
+  CarryPositionJacobian(joints.data(), at.data(), chain.size(), p, by_position);
+  CarryParameterJacobian(joints.data(), at.data(), chain.size(), p, by_line);
+  int column = 0;
+  for (int k = 0; k < chain.size(); ++k) {
+    const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(5, k);
+    const Vector3d change = (carried(joints, at + step) - carried(joints, at - step)) / (2 * kStep);
+    EXPECT_LT((change - by_position.col(k)).norm(), kTolerance) << k;
+    for (int j = 0; j < joints[static_cast<size_t>(k)].ParameterCount(); ++j, ++column) {
+      const auto moved = [&](double by) {
+        std::vector<JointMotion> lines = joints;
+        AxisLine& line = lines[static_cast<size_t>(k)].line;
+        line = PerturbedLine(line, by * Eigen::Vector4d::Unit(j));
+        return carried(lines, at);
+      };
+      EXPECT_LT(((moved(kStep) - moved(-kStep)) / (2 * kStep) - by_line.col(column)).norm(), kTolerance) << column;
+    }
   }
 }
 

@@ -113,6 +113,22 @@ inline ToolTarget TargetAt(const JointChain& chain, const MountedTool& tool, con
   return {zero_from_tool * tool.TipInToolMm(), zero_from_tool.linear() * tool.axis_in_tool};
 }
 
+// What Solve finds from beside each branch whose linear joints reach the tip; the branch nearest to nominal first.
+inline std::vector<ChainSolution> BothBranches(const ChainSolver& solver, const ToolTarget& target,
+                                               const Eigen::VectorXd& nominal_commanded) {
+  const TurnChoices found = NearestTurns(solver.turns(), solver.axis_in_tool(), target.axis_in_zero.normalized(),
+                                         solver.ReachedTurns(nominal_commanded), solver.limits(), 0);
+  std::vector<ChainSolution> solutions;
+  for (int k = 0; k < found.count; ++k) {
+    const TurnAngles& turns = found.choices[static_cast<std::size_t>(k)].angles;
+    const auto there = solver.Place(target.tip_in_zero_mm, turns, nominal_commanded);
+    if (!there.ok()) continue;
+    auto solved = solver.Solve(target, solver.Commanded(*there));
+    if (solved.ok()) solutions.push_back(*std::move(solved));
+  }
+  return solutions;
+}
+
 inline Eigen::VectorXd Values(std::vector<double> values) {
   return Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }

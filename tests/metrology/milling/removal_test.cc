@@ -64,10 +64,14 @@ TEST(Removal, ShankCutsToo) {
   EXPECT_EQ(Remove(dexels, path, {3, 5}, 1, 1).top_mm[0], 2);  // too short to reach it
 }
 
-TEST(Removal, CapsuleIsEnteredWhereItsBallsAre) {
-  const Dexel dexel{{0, 0.5, 0}, Vector3d::UnitZ(), 2};
-  EXPECT_NEAR(*EntersCapsule(dexel, {-4, 0, 2}, {4, 0, 2}, 2), 2 - std::sqrt(4 - 0.25), 1e-12);
-  EXPECT_FALSE(EntersCapsule(dexel, {-4, 5, 2}, {4, 5, 2}, 2).has_value());
+// One ball of 2 mm at that height, on its straight way past a dexel half a millimetre beside it.
+TEST(Removal, ABallOnItsWayCutsWhereItsCircleIs) {
+  RecontourPath path = Over(10, 0, 2);
+  for (ToolPlace& place : path.passes.front().places) place.centre_mm.y() = 0;
+  const std::vector<Dexel> dexels = {{{0, 0.5, 0}, Vector3d::UnitZ(), 2}, {{0, 5, 0}, Vector3d::UnitZ(), 2}};
+  const Removal removal = Remove(dexels, path, {2, 20}, 1, 1);
+  EXPECT_NEAR(removal.top_mm[0], 2 - std::sqrt(4 - 0.25), 1e-12);
+  EXPECT_EQ(removal.top_mm[1], 2);
 }
 
 }  // namespace

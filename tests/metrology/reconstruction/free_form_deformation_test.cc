@@ -121,33 +121,19 @@ TEST(FreeFormDeformation, IsTwiceContinuouslyDifferentiable) {
   }
 }
 
-TEST(FreeFormDeformation, PullsBackWhatItMoved) {
-  const FreeFormDeformation deformation = Random(7);
-  int pulled = 0;
-  for (const Vector3d& place : Places(500, 8)) {
-    const auto local = deformation.LocalAt(place);
-    if (local->gradient.norm() > 0.5) continue;
-    const auto back = deformation.PulledBack(place + local->displacement_mm);
-    if (!back) continue;  // a step left the box
-    EXPECT_LT((*back - place).norm(), 1e-9);
-    ++pulled;
-  }
-  EXPECT_GT(pulled, 300);
-}
-
 TEST(FreeFormDeformation, RefusesWhatItDoesNotCover) {
   std::vector<std::uint8_t> covered(FarLattice().cell_count(), 1);
   covered[FarLattice().CellIndex(2, 2, 2)] = 0;
   const auto made = FreeFormDeformation::Still(FarLattice(), covered);
   ASSERT_TRUE(made.ok()) << made.status();
   const Vector3d in_the_gap = FarLattice().corner_mm + Vector3d(10, 12.5, 15);
-  EXPECT_FALSE(made->Covers(in_the_gap));
-  EXPECT_TRUE(made->Covers(in_the_gap + Vector3d(4, 0, 0)));
-  EXPECT_TRUE(made->Covers(FarLattice().corner_mm));
-  EXPECT_TRUE(made->Covers(FarLattice().corner_mm + Vector3d(28, 25, 36)));
-  EXPECT_FALSE(made->Covers(FarLattice().corner_mm - Vector3d(1e-3, 0, 0)));
-  EXPECT_FALSE(made->Covers(Vector3d(NAN, 0, 0)));
-  EXPECT_FALSE(made->Refined().Covers(in_the_gap));
+  EXPECT_FALSE(made->WeightsAt(in_the_gap));
+  EXPECT_TRUE(made->WeightsAt(in_the_gap + Vector3d(4, 0, 0)));
+  EXPECT_TRUE(made->WeightsAt(FarLattice().corner_mm));
+  EXPECT_TRUE(made->WeightsAt(FarLattice().corner_mm + Vector3d(28, 25, 36)));
+  EXPECT_FALSE(made->WeightsAt(FarLattice().corner_mm - Vector3d(1e-3, 0, 0)));
+  EXPECT_FALSE(made->WeightsAt(Vector3d(NAN, 0, 0)));
+  EXPECT_FALSE(made->Refined().WeightsAt(in_the_gap));
   const auto refused = made->At("template.points[3]", in_the_gap);
   const auto violations = ViolationsOf(refused.status());
   ASSERT_EQ(violations.size(), 1u);

@@ -155,7 +155,7 @@ TEST(ReconstructShape, ABlankAsDrawnLeavesTheDesign) {
   ASSERT_TRUE(made.ok()) << made.status();
   ASSERT_EQ(made->outcome, ShapeOutcome::kReconstructed) << made->remark;
   EXPECT_EQ(made->level_count, 1);
-  EXPECT_LT(made->deformation->GreatestControl_mm(), 2e-4);
+  EXPECT_LT(made->deformation->controls_mm().colwise().norm().maxCoeff(), 2e-4);
 }
 
 // An edge that lacks 1 mm in the middle where its band gives 0.7: with the guard, 0.35 and what the noise adds are lacking, of either kind.

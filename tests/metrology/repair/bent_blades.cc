@@ -5,6 +5,7 @@
 #include <random>
 
 #include "tests/metrology/sections/airfoils.h"
+#include "tests/metrology/sections/loop_outline.h"
 
 namespace sixpoint::metrology {
 

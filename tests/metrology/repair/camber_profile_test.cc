@@ -6,8 +6,9 @@
 #include <cmath>
 #include <random>
 
-#include "metrology/sections/outlines.h"
+#include "tests/metrology/repair/camber_check.h"
 #include "tests/metrology/sections/airfoils.h"
+#include "tests/metrology/sections/loop_outline.h"
 
 namespace sixpoint::metrology {
 namespace {

@@ -8,6 +8,7 @@
 #include "metrology/sections/outlines.h"
 #include "metrology/sections/section_parameters.h"
 #include "tests/metrology/sections/airfoils.h"
+#include "tests/metrology/sections/loop_outline.h"
 
 namespace sixpoint::metrology {
 namespace {

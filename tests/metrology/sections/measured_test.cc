@@ -8,6 +8,7 @@
 
 #include "metrology/sections/section_uncertainty.h"
 #include "tests/metrology/sections/airfoils.h"
+#include "tests/metrology/sections/loop_outline.h"
 
 namespace sixpoint::metrology {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "metrology/sections/outlines.h"
 #include "tests/metrology/sections/airfoils.h"
+#include "tests/metrology/sections/loop_outline.h"
 
 namespace sixpoint::metrology {
 namespace {

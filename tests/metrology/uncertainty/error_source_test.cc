@@ -29,13 +29,23 @@ SensorPose SomeSensor() {
   return sensor;
 }
 
+CalibrationParameter ParameterAt(int index) {
+  const auto at = [&](const auto& parameters, int first) {
+    return parameters[static_cast<std::size_t>(index - first)];
+  };
+  if (index < kFirstAxisParameter) return at(kSensorParameters, 0);
+  if (index < kFirstFieldParameter) return at(kAxisParameters, kFirstAxisParameter);
+  if (index < kFirstLinearParameter) return at(kFieldParameters, kFirstFieldParameter);
+  return at(kLinearParameters, kFirstLinearParameter);
+}
+
 TEST(ErrorSource, ARootIsItsCovarianceWhateverTheUnits) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
   Eigen::Matrix<double, kCalibrationParameterCount, 5> factor;
   for (int i = 0; i < factor.rows(); ++i)
     for (int j = 0; j < factor.cols(); ++j)
-      factor(i, j) = normal(random) * (CalibrationParameterAt(i).unit == ParameterUnit::kRad ? 1e-6 : 1e-3);
+      factor(i, j) = normal(random) * (ParameterAt(i).unit == ParameterUnit::kRad ? 1e-6 : 1e-3);
   const CalibrationCovariance covariance = factor * factor.transpose();
   const ErrorSource source = SourceOf("some", covariance);
   EXPECT_EQ(source.parameters_per_sigma.cols(), 5);
