@@ -2,7 +2,7 @@
 import re
 import subprocess
 
-PRODUCT = ['metrology', 'services', 'storage', 'sandbox', 'cli', 'simulator']
+PRODUCT = ['refusal', 'identity', 'ledger', 'metrology', 'services', 'storage', 'sandbox', 'exchange', 'report', 'cli', 'seed', 'simulator']
 
 
 def listed(*patterns):
