@@ -210,7 +210,6 @@ grpc::Status ScanService::DownloadScan(grpc::ServerContext* context, const v1::D
     return ToGrpc(runtime::Refuse("format", std::to_string(request->format()), "STORED, XYZ_F64 or SENT"));
   }
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
-  runtime::CallWatch watch(&watchdog_, context, deadline, stream_patience_);
   const absl::StatusOr<StoredScan> scan = ReadScan(*store_, request->name(), deadline);
   if (!scan.ok()) return ToGrpc(scan.status());
   if (request->format() == v1::POINT_FORMAT_SENT && scan->row.encoding != "draco")
@@ -226,7 +225,6 @@ grpc::Status ScanService::DownloadScan(grpc::ServerContext* context, const v1::D
     if (!block.ok()) return ToGrpc(block.status());
     *response.mutable_block() = *std::move(block);
     open = writer->Write(response);
-    watch.Touch();
   }
   return open ? grpc::Status::OK : ToGrpc(absl::CancelledError("the client went away"));
 }

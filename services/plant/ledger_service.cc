@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "services/runtime/call.h"
-#include "services/runtime/call_watch.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
@@ -28,15 +27,6 @@ constexpr int kBlobsAtOnce = 100;
 constexpr std::int64_t kMostRowBytes = 1 << 20;    // of one table of one entry
 constexpr std::size_t kMostBytesAtOnce = 8 << 20;  // about so many of a proof are held before they are sent
 constexpr std::chrono::hours kLongestCheck{24};
-// A client that does not read would keep the one check's place.
-constexpr std::chrono::seconds kWritePatience{60};
-
-template <typename Message>
-bool Write(runtime::CallWatchdog* watchdog, grpc::ServerContext* context, grpc::ServerWriter<Message>* writer,
-           const Message& message) {
-  const runtime::CallWatch bounded(watchdog, context, std::chrono::steady_clock::time_point::max(), kWritePatience);
-  return writer->Write(message);
-}
 
 // Another schema may keep rows of an entry where this release does not look, and would tell them as damage.
 absl::Status SchemaIsOurs(storage::Database* database, storage::Deadline deadline) {
@@ -129,13 +119,12 @@ absl::StatusOr<v1::ProvenEntry> Prove(storage::Transaction& transaction, const s
 // One check from its first leaf to its last message.
 class Check {
  public:
-  Check(storage::Database* database, const storage::ClearanceReader& clearances, runtime::CallWatchdog* watchdog,
-        grpc::ServerContext* context, grpc::ServerWriter<v1::LedgerSlice>* writer)
+  Check(storage::Database* database, const storage::ClearanceReader& clearances, grpc::ServerContext* context,
+        grpc::ServerWriter<v1::LedgerSlice>* writer)
       : database_(database),
         clearances_(clearances),
         reader_(runtime::ReaderOf(*context)),
         deadline_(runtime::DeadlineWithin(*context, kLongestCheck)),
-        watchdog_(watchdog),
         context_(context),
         writer_(writer) {}
 
@@ -267,15 +256,13 @@ class Check {
     message->set_tree_size(size_);
     message->set_last_record_sequence(std::max<std::int64_t>(0, last_sequence_));
     message->set_checked_blob_count(checked_blob_count_);
-    return Write(watchdog_, context_, writer_, *message) ? absl::OkStatus()
-                                                         : absl::CancelledError("ledger: the client went away");
+    return writer_->Write(*message) ? absl::OkStatus() : absl::CancelledError("ledger: the client went away");
   }
 
   storage::Database* const database_;
   const storage::ClearanceReader& clearances_;
   const storage::Reader reader_;
   const storage::Deadline deadline_;
-  runtime::CallWatchdog* const watchdog_;
   grpc::ServerContext* const context_;
   grpc::ServerWriter<v1::LedgerSlice>* const writer_;
   std::int64_t size_ = 0, last_sequence_ = storage::kBeforeAll, checked_blob_count_ = 0;
@@ -335,8 +322,7 @@ grpc::Status LedgerService::GetBladeProof(grpc::ServerContext* context, const v1
     for (v1::ProvenEntry& message : messages) {
       message.MergeFrom(first);
       first.Clear();
-      if (!Write(&watchdog_, context, writer, message))
-        return ToGrpc(absl::CancelledError("proof: the client went away"));
+      if (!writer->Write(message)) return ToGrpc(absl::CancelledError("proof: the client went away"));
     }
     if (!*proven) break;
   }
@@ -349,7 +335,7 @@ grpc::Status LedgerService::VerifyLedger(grpc::ServerContext* context, const v1:
                                          grpc::ServerWriter<v1::LedgerSlice>* writer) {
   const auto slot = checks_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
   if (!slot.ok()) return ToGrpc(slot.status());
-  return ToGrpc(Check(database_, *clearances_, &watchdog_, context, writer).Run(request->with_blobs()));
+  return ToGrpc(Check(database_, *clearances_, context, writer).Run(request->with_blobs()));
 }
 
 }  // namespace sixpoint::plant

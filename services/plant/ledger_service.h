@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "services/plant/ledger_sealer.h"
-#include "services/runtime/call_watch.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/plant/v1/ledger.grpc.pb.h"
 #include "storage/clearances.h"
@@ -33,7 +32,6 @@ class LedgerService final : public v1::LedgerService::Service {
   const std::unique_ptr<LedgerSealer> sealer_;
   // One reads all of the record; more at once would take the database from who records.
   runtime::ComputePool checks_{{1, 0}, "checks of the ledger", errors::v1::LEDGER_CHECKS_FULL};
-  runtime::CallWatchdog watchdog_;
 };
 
 }  // namespace sixpoint::plant

@@ -161,11 +161,9 @@ grpc::Status PlantService::DownloadSurface(grpc::ServerContext* context, const v
   const absl::StatusOr<std::string> bytes = stores_.surfaces->Bytes(part->tessellation.surface_sha256, deadline);
   if (!bytes.ok()) return ToGrpc(bytes.status());
   v1::DownloadSurfaceResponse response;
-  runtime::CallWatch watch(&watchdog_, context, deadline, options_.stream_patience);
   for (std::size_t offset = 0; offset < bytes->size(); offset += kChunkBytes) {
     response.set_chunk(bytes->substr(offset, kChunkBytes));
     if (!writer->Write(response)) return ToGrpc(absl::CancelledError("the client went away or reads nothing"));
-    watch.Touch();
   }
   return grpc::Status::OK;
 }

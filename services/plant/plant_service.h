@@ -1,12 +1,10 @@
 // The plant's registry.
 #pragma once
 
-#include <chrono>
 #include <map>
 #include <string>
 
 #include "services/plant/surfaces.h"
-#include "services/runtime/call_watch.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "storage/plant_store.h"
@@ -18,8 +16,6 @@ struct PlantServiceOptions {
   int cad_worker_count = 2;
   std::string page_url;                          // where people find the page; empty: nowhere
   std::map<std::string, std::string> endpoints;  // area -> address, the plant's own included
-  // A reader of a surface that takes nothing for so long is let go.
-  std::chrono::milliseconds stream_patience{60'000};
 };
 
 class PlantService final : public v1::PlantService::Service {
@@ -72,7 +68,6 @@ class PlantService final : public v1::PlantService::Service {
   const PlantServiceOptions options_;
   const storage::PlantStores stores_;
   Surfaces surfaces_;
-  runtime::CallWatchdog watchdog_;
   // Each holds a whole surface.
   static constexpr int kDownloadsAtOnce = 8, kDownloadsWaiting = 32;
   runtime::ComputePool downloads_{

@@ -29,7 +29,7 @@ void CallWatchdog::Watch() {
   }
 }
 
-CallWatch::CallWatch(CallWatchdog* watchdog, grpc::ServerContext* context,
+CallWatch::CallWatch(CallWatchdog* watchdog, grpc::ServerContextBase* context,
                      std::chrono::steady_clock::time_point deadline, std::chrono::milliseconds patience)
     : watchdog_(watchdog) {
   std::lock_guard lock(watchdog_->mutex_);

@@ -24,7 +24,7 @@ class CallWatchdog {
   friend class CallWatch;
   using Clock = std::chrono::steady_clock;
   struct Watched {
-    grpc::ServerContext* context;
+    grpc::ServerContextBase* context;
     Clock::time_point deadline;
     Clock::duration patience;
     std::atomic<Clock::rep> touched;
@@ -41,7 +41,7 @@ class CallWatchdog {
 // Lives inside the handler; cancels its call at the deadline, or when it was not touched for `patience`.
 class CallWatch {
  public:
-  CallWatch(CallWatchdog* watchdog, grpc::ServerContext* context, std::chrono::steady_clock::time_point deadline,
+  CallWatch(CallWatchdog* watchdog, grpc::ServerContextBase* context, std::chrono::steady_clock::time_point deadline,
             std::chrono::milliseconds patience);
   ~CallWatch();
   CallWatch(const CallWatch&) = delete;

@@ -28,6 +28,7 @@
 #include "services/runtime/message_limits.h"
 #include "services/runtime/observation.h"
 #include "services/runtime/session_ends.h"
+#include "services/runtime/write_watch.h"
 #include "storage/clearances.h"
 #include "storage/denials.h"
 #include "storage/record.h"
@@ -215,6 +216,7 @@ Built Build(const ServerOptions& options, const std::vector<ServedService>& serv
   SetLimits(options, GreatestMessage_bytes(services), &builder);
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
   interceptors.push_back(std::make_unique<CallLogFactory>(denials));
+  interceptors.push_back(std::make_unique<WriteWatchFactory>(options.write_patience));
   builder.experimental().SetInterceptorCreators(std::move(interceptors));
   built.taker = builder.experimental().AddExternalConnectionAcceptor(
       grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);

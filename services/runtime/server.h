@@ -4,6 +4,7 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/impl/service_type.h>
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -39,6 +40,7 @@ struct ServerOptions {
   // Counts a sign-in that was refused (denials.h), under the account that it named where there is one; set by Serve.
   std::function<void(const RefusedSignIn&)> count_refused_sign_in;
   bool volatile_database = false;  // --volatile-database: one that may lose what was acknowledged is served
+  std::chrono::milliseconds write_patience{60'000};  // of a message that its client does not take (write_watch.h)
 };
 
 // `add_own_flags`: where one server has flags beside these.

@@ -10,6 +10,7 @@
 #include <mutex>
 
 #include "services/runtime/call.h"
+#include "services/runtime/write_watch.h"
 
 namespace sixpoint::testing {
 namespace {
@@ -39,12 +40,14 @@ class OrderingOfServers : public grpc::experimental::ServerInterceptorFactoryInt
 
 }  // namespace
 
-InProcessServer::InProcessServer(const std::vector<grpc::Service*>& services, int port) {
+InProcessServer::InProcessServer(const std::vector<grpc::Service*>& services, int port,
+                                 std::chrono::milliseconds write_patience) {
   static std::once_flag of_clients;
   std::call_once(of_clients, [] { grpc::experimental::RegisterGlobalClientInterceptorFactory(new OrderingOfClients); });
   grpc::ServerBuilder builder;
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> of_servers;
   of_servers.push_back(std::make_unique<OrderingOfServers>());
+  of_servers.push_back(std::make_unique<runtime::WriteWatchFactory>(write_patience));
   builder.experimental().SetInterceptorCreators(std::move(of_servers));
   builder.AddListeningPort("127.0.0.1:" + std::to_string(port), grpc::InsecureServerCredentials(), &port_);
   builder.SetMaxReceiveMessageSize(8 << 20);  // as ServerOptions' default

@@ -4,6 +4,7 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/impl/service_type.h>
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,8 +13,9 @@ namespace sixpoint::testing {
 
 class InProcessServer {
  public:
-  // The services must live longer. Port 0: any that is free.
-  explicit InProcessServer(const std::vector<grpc::Service*>& services, int port = 0);
+  // The services must live longer. Port 0: any that is free. write_patience: as real services have it (write_watch.h).
+  explicit InProcessServer(const std::vector<grpc::Service*>& services, int port = 0,
+                           std::chrono::milliseconds write_patience = std::chrono::seconds(60));
   ~InProcessServer();
   int port() const { return port_; }
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }

@@ -9,4 +9,7 @@ inline constexpr bool kSanitized = true;
 inline constexpr bool kSanitized = false;
 #endif
 
+// How many times longer a call that computes may take.
+inline constexpr double kPatience = kSanitized ? 10 : 1;
+
 }  // namespace sixpoint::testing

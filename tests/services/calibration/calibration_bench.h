@@ -18,6 +18,7 @@
 #include "tests/services/calibration/stand_ins.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/registered.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::calibration {
@@ -111,7 +112,7 @@ class CalibrationBench : public ::testing::Test {
   grpc::Status Call(grpc::Status (v1::CalibrationService::Stub::*method)(grpc::ClientContext*, const Request&,
                                                                          Response*),
                     const Request& request, Response* response) {
-    const auto context = runtime::ContextFor(60);
+    const auto context = runtime::ContextFor(sixpoint::testing::kPatience * 60);
     return (stub_.get()->*method)(context.get(), request, response);
   }
 

@@ -4,6 +4,7 @@
 #include "metrology/statistics/spread.h"
 #include "services/calibration/study_service.h"
 #include "tests/services/calibration/calibration_bench.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::calibration {
 namespace {
@@ -24,7 +25,8 @@ class CalibrationStudiesTest : public CalibrationBench {
                                                                                v1::Study*),
                                 const Request& request) {
     v1::Study study;
-    const grpc::Status status = (studies_stub_.get()->*method)(runtime::ContextFor(60).get(), request, &study);
+    const grpc::Status status =
+        (studies_stub_.get()->*method)(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &study);
     if (!status.ok()) return runtime::FromGrpc(status);
     return study;
   }

@@ -12,6 +12,7 @@
 #include "services/runtime/geometry_proto.h"
 #include "storage/blobs.h"
 #include "tests/services/correction/judged_plant.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::correction {
 namespace {
@@ -82,7 +83,8 @@ class ModelPathsTest : public ::testing::Test {
   absl::StatusOr<Response> Call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                                 const Request& request) {
     Response response;
-    const grpc::Status status = (stub_.get()->*method)(runtime::ContextFor(60).get(), request, &response);
+    const grpc::Status status =
+        (stub_.get()->*method)(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &response);
     if (!status.ok()) return runtime::FromGrpc(status);
     return response;
   }

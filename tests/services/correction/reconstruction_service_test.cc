@@ -17,6 +17,7 @@
 #include "storage/blobs.h"
 #include "tests/metrology/reconstruction/blank_worlds.h"
 #include "tests/services/correction/blank_plant.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::correction {
 namespace {
@@ -35,7 +36,8 @@ class ReconstructionServiceTest : public ::testing::Test {
  protected:
   absl::StatusOr<v1::Reconstruction> Make(const v1::ReconstructRequest& request) {
     v1::Reconstruction made;
-    const grpc::Status status = stub_->Reconstruct(runtime::ContextFor(120).get(), request, &made);
+    const grpc::Status status =
+        stub_->Reconstruct(runtime::ContextFor(sixpoint::testing::kPatience * 120).get(), request, &made);
     if (!status.ok()) return runtime::FromGrpc(status);
     return made;
   }

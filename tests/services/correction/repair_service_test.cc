@@ -15,6 +15,7 @@
 #include "services/runtime/geometry_proto.h"
 #include "tests/metrology/repair/bent_blades.h"
 #include "tests/services/correction/scanned_plant.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::correction {
 namespace {
@@ -93,7 +94,8 @@ class RepairServiceTest : public ::testing::Test {
   absl::StatusOr<v1::Repair> Plan(v1::PlanRepairRequest request) {
     request.set_request_id(storage::NewUuid());
     v1::Repair made;
-    const grpc::Status status = stub_->PlanRepair(runtime::ContextFor(120).get(), request, &made);
+    const grpc::Status status =
+        stub_->PlanRepair(runtime::ContextFor(sixpoint::testing::kPatience * 120).get(), request, &made);
     if (!status.ok()) return runtime::FromGrpc(status);
     return made;
   }
@@ -145,7 +147,8 @@ class RepairServiceTest : public ::testing::Test {
     request.set_repair(repair);
     request.set_request_id(storage::NewUuid());
     v1::Correction made;
-    const grpc::Status status = programs_->Correct(runtime::ContextFor(300).get(), request, &made);
+    const grpc::Status status =
+        programs_->Correct(runtime::ContextFor(sixpoint::testing::kPatience * 300).get(), request, &made);
     if (!status.ok()) return runtime::FromGrpc(status);
     return made;
   }
@@ -245,7 +248,7 @@ TEST_F(RepairServiceTest, PlansAndReadsBackTheSame) {
   v1::ReplayRepairRequest again;
   again.set_name(made->name());
   replay::v1::Replay replay;
-  ASSERT_TRUE(stub_->ReplayRepair(runtime::ContextFor(120).get(), again, &replay).ok());
+  ASSERT_TRUE(stub_->ReplayRepair(runtime::ContextFor(sixpoint::testing::kPatience * 120).get(), again, &replay).ok());
   EXPECT_EQ(replay.outcome(), replay::v1::REPLAY_OUTCOME_SAME_BITS) << replay.DebugString();
 }
 
@@ -281,7 +284,8 @@ TEST_F(RepairServiceTest, ItsLapsAreAProgramOfTheMachine) {
   v1::ReplayCorrectionRequest again;
   again.set_name(correction->name());
   replay::v1::Replay replay;
-  const grpc::Status replayed = programs_->ReplayCorrection(runtime::ContextFor(300).get(), again, &replay);
+  const grpc::Status replayed =
+      programs_->ReplayCorrection(runtime::ContextFor(sixpoint::testing::kPatience * 300).get(), again, &replay);
   ASSERT_TRUE(replayed.ok()) << replayed.error_message();
   EXPECT_EQ(replay.outcome(), replay::v1::REPLAY_OUTCOME_SAME_BITS) << replay.DebugString().substr(0, 2000);
   EXPECT_THAT(replay.taken_as_recorded(), Contains("repair"));

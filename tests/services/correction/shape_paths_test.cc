@@ -16,6 +16,7 @@
 #include "services/runtime/geometry_proto.h"
 #include "storage/blobs.h"
 #include "tests/services/correction/blank_plant.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::correction {
 namespace {
@@ -81,7 +82,8 @@ class ShapePathsTest : public ::testing::Test {
       tried.set_lower_mm(least_mm);
     }
     v1::Reconstruction made;
-    const grpc::Status status = shapes_->Reconstruct(runtime::ContextFor(120).get(), request, &made);
+    const grpc::Status status =
+        shapes_->Reconstruct(runtime::ContextFor(sixpoint::testing::kPatience * 120).get(), request, &made);
     EXPECT_TRUE(status.ok()) << status.error_message();
     return made;
   }
@@ -93,7 +95,8 @@ class ShapePathsTest : public ::testing::Test {
     request.set_machining_pass(pass);
     request.set_request_id(storage::NewUuid());
     v1::Correction made;
-    const grpc::Status status = stub_->Correct(runtime::ContextFor(120).get(), request, &made);
+    const grpc::Status status =
+        stub_->Correct(runtime::ContextFor(sixpoint::testing::kPatience * 120).get(), request, &made);
     if (!status.ok()) return runtime::FromGrpc(status);
     return made;
   }
@@ -129,7 +132,8 @@ class ShapePathsTest : public ::testing::Test {
     if (rest_mm) request.set_greatest_rest_mm(*rest_mm);
     request.set_request_id(storage::NewUuid());
     v1::MachiningPass pass;
-    const grpc::Status status = looks_->NextPass(runtime::ContextFor(120).get(), request, &pass);
+    const grpc::Status status =
+        looks_->NextPass(runtime::ContextFor(sixpoint::testing::kPatience * 120).get(), request, &pass);
     if (!status.ok()) return runtime::FromGrpc(status);
     return pass;
   }
@@ -233,7 +237,8 @@ TEST_F(ShapePathsTest, TheMillKeepsItsDistanceFromTheShape) {
   v1::ReplayCorrectionRequest again;
   again.set_name(correction->name());
   replay::v1::Replay replay;
-  const grpc::Status replayed = stub_->ReplayCorrection(runtime::ContextFor(120).get(), again, &replay);
+  const grpc::Status replayed =
+      stub_->ReplayCorrection(runtime::ContextFor(sixpoint::testing::kPatience * 120).get(), again, &replay);
   ASSERT_TRUE(replayed.ok()) << replayed.error_message();
   EXPECT_EQ(replay.outcome(), replay::v1::REPLAY_OUTCOME_SAME_BITS) << replay.DebugString();
   EXPECT_THAT(replay.taken_as_recorded(), Contains("reconstruction"));
@@ -295,7 +300,10 @@ TEST_F(ShapePathsTest, TheNextPassIsCommandedByWhatTheOneBeforeLeft) {
   v1::ReplayMachiningPassRequest replay_request;
   replay_request.set_name(left->name());
   replay::v1::Replay replay;
-  ASSERT_TRUE(looks_->ReplayMachiningPass(runtime::ContextFor(120).get(), replay_request, &replay).ok());
+  ASSERT_TRUE(
+      looks_
+          ->ReplayMachiningPass(runtime::ContextFor(sixpoint::testing::kPatience * 120).get(), replay_request, &replay)
+          .ok());
   EXPECT_EQ(replay.outcome(), replay::v1::REPLAY_OUTCOME_SAME_BITS) << replay.DebugString();
 
   const auto second = Correct("", left->name());

@@ -33,7 +33,7 @@ class ScanServiceTest : public ::testing::Test {
       : plant_server_({&plant_}),
         blobs_(std::move(blobs)),
         service_(OptionsForTest(), storage::ScansIn(database_.database(), blobs_.get()), plant_server_.Connect()),
-        server_({&service_}),
+        server_({&service_}, 0, kStreamPatience),
         channel_(server_.Connect()),
         stub_(v1::ScanService::NewStub(channel_)),
         client_(channel_) {

@@ -4,6 +4,7 @@
 
 #include "metrology/cloud/draco_codec.h"
 #include "tests/services/ingest/scan_service_fixture.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::ingest {
 namespace {
@@ -84,7 +85,8 @@ TEST_F(SnapshotScansTest, ComeAsDracoInMillimetres) {
 // The client cuts by points alone, and an upload that broke goes on.
 TEST_F(SnapshotScansTest, AreSentInWholeBlocksAndGoneOnWith) {
   const metrology::Points cloud = Cloud(150'000, 3);
-  const auto stored = client_.Upload(SampleSnapshot("s1", v1::LENGTH_UNIT_MILLIMETRE), cloud, runtime::ContextFor(60));
+  const auto stored = client_.Upload(SampleSnapshot("s1", v1::LENGTH_UNIT_MILLIMETRE), cloud,
+                                     runtime::ContextFor(sixpoint::testing::kPatience * 60));
   ASSERT_TRUE(stored.ok()) << stored.status();
   EXPECT_EQ(stored->scan().block_count(), 3);
   const auto blocks = SampleBlocks(In(Cloud(3000, 4), 1e-3), 1000, v1::ENCODING_XYZ_F64);

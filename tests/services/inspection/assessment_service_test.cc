@@ -19,6 +19,7 @@
 #include "storage/record.h"
 #include "tests/services/correction/judged_plant.h"
 #include "tests/support/customers_parts.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/some_uuid.h"
 
 namespace sixpoint::inspection {
@@ -107,7 +108,8 @@ class AssessmentServiceTest : public ::testing::Test {
         request.set_registration(testing::kRegistration);
         request.set_patch_mm(patch_mm);
         v1::DeviationMap map;
-        const grpc::Status status = maps_stub_->MapDeviation(runtime::ContextFor(60).get(), request, &map);
+        const grpc::Status status =
+            maps_stub_->MapDeviation(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &map);
         EXPECT_TRUE(status.ok()) << status.error_message();
         names.push_back(map.name());
       } else if (order.has_inspect()) {
@@ -115,7 +117,8 @@ class AssessmentServiceTest : public ::testing::Test {
         request.set_blade("blades/sn1");
         for (const std::string& scan : plant_.scans) request.add_scans(scan);
         v1::Inspection inspection;
-        const grpc::Status status = inspections_stub_->Inspect(runtime::ContextFor(60).get(), request, &inspection);
+        const grpc::Status status = inspections_stub_->Inspect(
+            runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &inspection);
         EXPECT_TRUE(status.ok()) << status.error_message();
         names.push_back(inspection.name());
       }
@@ -133,7 +136,8 @@ class AssessmentServiceTest : public ::testing::Test {
   }
   absl::StatusOr<v1::Assessment> Assess(const v1::AssessBladeRequest& request) {
     v1::Assessment assessment;
-    const grpc::Status status = stub_->AssessBlade(runtime::ContextFor(60).get(), request, &assessment);
+    const grpc::Status status =
+        stub_->AssessBlade(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &assessment);
     if (!status.ok()) return runtime::FromGrpc(status);
     return assessment;
   }

@@ -13,6 +13,7 @@
 #include "storage/blobs.h"
 #include "storage/record.h"
 #include "tests/services/correction/judged_plant.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/some_uuid.h"
 
 namespace sixpoint::inspection {
@@ -31,7 +32,8 @@ class DeviationServiceTest : public ::testing::Test {
   }
   absl::StatusOr<v1::DeviationMap> Map(const v1::MapDeviationRequest& request) {
     v1::DeviationMap map;
-    const grpc::Status status = stub_->MapDeviation(runtime::ContextFor(60).get(), request, &map);
+    const grpc::Status status =
+        stub_->MapDeviation(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &map);
     if (!status.ok()) return runtime::FromGrpc(status);
     return map;
   }

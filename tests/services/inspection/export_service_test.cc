@@ -17,6 +17,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "tests/services/correction/judged_plant.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -39,7 +40,8 @@ class ExportServiceTest : public ::testing::Test {
     for (const std::string& scan : plant_.scans) request.add_scans(scan);
     v1::Inspection inspection;
     const grpc::Status status =
-        v1::InspectionService::NewStub(server_.Connect())->Inspect(runtime::ContextFor(60).get(), request, &inspection);
+        v1::InspectionService::NewStub(server_.Connect())
+            ->Inspect(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &inspection);
     EXPECT_TRUE(status.ok()) << status.error_message();
     return inspection;
   }
@@ -60,13 +62,14 @@ class ExportServiceTest : public ::testing::Test {
     }
     v1::DeviationMap map;
     const grpc::Status status =
-        v1::DeviationService::NewStub(server_.Connect())->MapDeviation(runtime::ContextFor(60).get(), request, &map);
+        v1::DeviationService::NewStub(server_.Connect())
+            ->MapDeviation(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &map);
     EXPECT_TRUE(status.ok()) << status.error_message();
     return map;
   }
   absl::StatusOr<std::map<std::string, std::string>> Export(v1::ExportResultsRequest request, v1::ExportFormat format) {
     request.set_format(format);
-    const auto context = runtime::ContextFor(60);
+    const auto context = runtime::ContextFor(sixpoint::testing::kPatience * 60);
     const auto stub = v1::ExportService::NewStub(server_.Connect());
     const auto reader = stub->ExportResults(context.get(), request);
     std::map<std::string, std::string> files;

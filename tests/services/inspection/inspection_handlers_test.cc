@@ -8,6 +8,7 @@
 #include "services/runtime/geometry_proto.h"
 #include "tests/services/correction/stand_ins.h"
 #include "tests/support/fake_results.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/some_uuid.h"
 
 namespace sixpoint::inspection {
@@ -22,7 +23,8 @@ class InspectionHandlersTest : public ::testing::Test {
  protected:
   absl::StatusOr<v1::Inspection> Inspect(const v1::InspectRequest& request) {
     v1::Inspection inspection;
-    const grpc::Status status = stub_->Inspect(runtime::ContextFor(60).get(), request, &inspection);
+    const grpc::Status status =
+        stub_->Inspect(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &inspection);
     if (!status.ok()) return runtime::FromGrpc(status);
     return inspection;
   }

@@ -9,6 +9,7 @@
 #include "services/runtime/errors.h"
 #include "storage/record.h"
 #include "tests/services/correction/judged_plant.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -35,7 +36,8 @@ class InspectionServiceTest : public ::testing::Test {
 
   absl::StatusOr<v1::Inspection> Inspect(const v1::InspectRequest& request) {
     v1::Inspection inspection;
-    const grpc::Status status = stub_->Inspect(runtime::ContextFor(60).get(), request, &inspection);
+    const grpc::Status status =
+        stub_->Inspect(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &inspection);
     if (!status.ok()) return runtime::FromGrpc(status);
     return inspection;
   }

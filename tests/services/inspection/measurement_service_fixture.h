@@ -17,6 +17,7 @@
 #include "tests/services/plant/sample_drawing.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/registered.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::inspection {
@@ -83,7 +84,8 @@ class MeasurementServiceTest : public ::testing::Test {
   }
   absl::StatusOr<v1::ImportMeasurementsResponse> Import(const v1::ImportMeasurementsRequest& request) {
     v1::ImportMeasurementsResponse response;
-    const grpc::Status status = stub_->ImportMeasurements(runtime::ContextFor(60).get(), request, &response);
+    const grpc::Status status =
+        stub_->ImportMeasurements(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &response);
     if (!status.ok()) return runtime::FromGrpc(status);
     return response;
   }

@@ -10,6 +10,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "tests/services/registration/fake_plant.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -71,8 +72,9 @@ class ReadsTest : public registration::FakePlantTest {
     for (const std::string& scan : plant_.scans) request.add_scans(scan);
     request.set_method(method);
     v1::Inspection inspection;
-    const grpc::Status status = v1::InspectionService::NewStub(inspections_server_->Connect())
-                                    ->Inspect(runtime::ContextFor(300).get(), request, &inspection);
+    const grpc::Status status =
+        v1::InspectionService::NewStub(inspections_server_->Connect())
+            ->Inspect(runtime::ContextFor(sixpoint::testing::kPatience * 300).get(), request, &inspection);
     EXPECT_TRUE(status.ok()) << status.error_message();
     return inspection;
   }

@@ -15,6 +15,7 @@
 #include "tests/report/read_report.h"
 #include "tests/services/inspection/airfoil_plant.h"
 #include "tests/support/registered.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -49,7 +50,8 @@ class ReportServiceTest : public ::testing::Test {
   Response Record(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*), Stub& stub,
                   const Request& request) {
     Response response;
-    const grpc::Status status = (stub.*method)(runtime::ContextFor(120).get(), request, &response);
+    const grpc::Status status =
+        (stub.*method)(runtime::ContextFor(sixpoint::testing::kPatience * 120).get(), request, &response);
     EXPECT_TRUE(status.ok()) << status.error_message();
     return response;
   }
@@ -103,14 +105,14 @@ class ReportServiceTest : public ::testing::Test {
     v1::WriteReportRequest request;
     for (const std::string& result : results) request.add_results(result);
     request.set_format(format);
-    const auto context = runtime::ContextFor(60);
+    const auto context = runtime::ContextFor(sixpoint::testing::kPatience * 60);
     return Read(v1::ReportService::NewStub(server_.Connect())->WriteReport(context.get(), request).get());
   }
   std::string RefusalOf(const std::vector<std::string>& results, v1::ReportFormat format = v1::REPORT_FORMAT_HTML) {
     return std::string(Write(results, format).status().message());
   }
   absl::StatusOr<File> WriteForms(const v1::WriteFirstArticleRequest& request) {
-    const auto context = runtime::ContextFor(60);
+    const auto context = runtime::ContextFor(sixpoint::testing::kPatience * 60);
     return Read(v1::ReportService::NewStub(server_.Connect())->WriteFirstArticle(context.get(), request).get());
   }
 

@@ -13,6 +13,7 @@
 #include "services/runtime/geometry_proto.h"
 #include "storage/record.h"
 #include "tests/services/inspection/airfoil_plant.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/some_uuid.h"
 
 namespace sixpoint::inspection {
@@ -39,7 +40,8 @@ class SectionServiceTest : public ::testing::Test {
   }
   absl::StatusOr<v1::SectionMeasurement> Measure(const v1::MeasureSectionsRequest& request) {
     v1::SectionMeasurement measurement;
-    const grpc::Status status = stub_->MeasureSections(runtime::ContextFor(120).get(), request, &measurement);
+    const grpc::Status status =
+        stub_->MeasureSections(runtime::ContextFor(sixpoint::testing::kPatience * 120).get(), request, &measurement);
     if (!status.ok()) return runtime::FromGrpc(status);
     return measurement;
   }
@@ -245,8 +247,9 @@ TEST(SectionsOfABlock, AreRecordedWithWhatTheyHave) {
     plane.mutable_origin_in_part_mm()->set_z_mm(height_mm);
   }
   v1::SectionMeasurement measurement;
-  const grpc::Status status = v1::SectionService::NewStub(server.Connect())
-                                  ->MeasureSections(runtime::ContextFor(60).get(), request, &measurement);
+  const grpc::Status status =
+      v1::SectionService::NewStub(server.Connect())
+          ->MeasureSections(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &measurement);
   ASSERT_TRUE(status.ok()) << status.error_message();
   for (const v1::Section& section : measurement.sections())
     for (const v1::SectionValue& value : section.values()) EXPECT_NE(value.has_value(), !value.reason().empty());

@@ -10,6 +10,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "tests/services/correction/judged_plant.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::inspection {
 namespace {
@@ -25,7 +26,8 @@ class ValueServiceTest : public ::testing::Test {
     request.set_blade("blades/sn1");
     for (const std::string& scan : plant_.scans) request.add_scans(scan);
     v1::Inspection inspection;
-    const grpc::Status status = inspections_->Inspect(runtime::ContextFor(60).get(), request, &inspection);
+    const grpc::Status status =
+        inspections_->Inspect(runtime::ContextFor(sixpoint::testing::kPatience * 60).get(), request, &inspection);
     EXPECT_TRUE(status.ok()) << status.error_message();
     return inspection;
   }

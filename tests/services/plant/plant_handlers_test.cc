@@ -15,6 +15,7 @@
 #include "tests/support/call.h"
 #include "tests/support/fake_plant_stores.h"
 #include "tests/support/in_process_server.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/some_uuid.h"
 
 namespace sixpoint::plant {
@@ -54,16 +55,11 @@ class PlantHandlersTest : public ::testing::Test {
   }
 
   static constexpr std::chrono::milliseconds kStreamPatience{1000};
-  static PlantServiceOptions Options() {
-    PlantServiceOptions options;
-    options.stream_patience = kStreamPatience;
-    return options;
-  }
 
   testing::FakePlantStores stores_;
-  PlantService service_{Options(), stores_};
+  PlantService service_{{}, stores_};
   RecordService record_service_{stores_.journal, stores_.blades};
-  testing::InProcessServer server_{{&service_, &record_service_}};
+  testing::InProcessServer server_{{&service_, &record_service_}, 0, kStreamPatience};
   std::unique_ptr<PlantStub> stub_ = v1::PlantService::NewStub(server_.Connect());
   std::unique_ptr<v1::RecordService::Stub> record_stub_ = v1::RecordService::NewStub(server_.Connect());
 };
@@ -168,7 +164,7 @@ TEST_F(PlantHandlersTest, WhoDoesNotReadASurfaceIsLetGo) {
   v1::DownloadSurfaceRequest request;
   request.set_name("parts/vane");
   struct Reader {
-    std::unique_ptr<grpc::ClientContext> context = runtime::ContextFor(60);
+    std::unique_ptr<grpc::ClientContext> context = runtime::ContextFor(sixpoint::testing::kPatience * 60);
     std::unique_ptr<grpc::ClientReader<v1::DownloadSurfaceResponse>> stream;
   };
   std::vector<Reader> idle(8);  // as many as there may be at once
@@ -193,7 +189,7 @@ TEST_F(PlantHandlersTest, WhoDoesNotReadASurfaceIsLetGo) {
   EXPECT_GT(std::chrono::steady_clock::now() - begin, kStreamPatience / 4);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 8 * kStreamPatience);
   // One that is read before its patience is out gets its surface.
-  std::this_thread::sleep_until(all_begun + 3 * kStreamPatience);
+  std::this_thread::sleep_until(all_begun + 5 * kStreamPatience);
   for (Reader& one : idle) {
     while (one.stream->Read(&response)) continue;
     EXPECT_EQ(one.stream->Finish().error_code(), grpc::StatusCode::CANCELLED);

@@ -14,6 +14,7 @@
 #include "storage/record.h"
 #include "storage/scans.h"
 #include "tests/services/registration/fake_plant.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/some_uuid.h"
 
 namespace sixpoint::registration {
@@ -151,7 +152,7 @@ class ConcurrencyTest : public FakePlantTest {
   // Broken off by the client once so many are finished; 0: never.
   BatchAnswer RegisterBatch(const v1::RegisterBatchRequest& batch, int break_off_after = 0) {
     BatchAnswer answer;
-    const auto context = runtime::ContextFor(sixpoint::testing::kSanitized ? 600 : 120);
+    const auto context = runtime::ContextFor(sixpoint::testing::kPatience * 120);
     const auto stub = v1::RegistrationService::NewStub(channel_);
     const auto reader = stub->RegisterBatch(context.get(), batch);
     v1::RegisterBatchResponse response;
@@ -291,7 +292,7 @@ TEST_F(ConcurrencyTest, ACancelledFitFreesItsSlot) {
   const std::int64_t before = Count("registrations");
 
   batch.set_request_id(storage::NewUuid());
-  const auto context = runtime::ContextFor(sixpoint::testing::kSanitized ? 600 : 120);
+  const auto context = runtime::ContextFor(sixpoint::testing::kPatience * 120);
   const auto stub = v1::RegistrationService::NewStub(channel_);
   const auto reader = stub->RegisterBatch(context.get(), batch);
   v1::RegisterBatchResponse response;
@@ -372,7 +373,7 @@ TEST_F(ConcurrencyTest, ABatchThatBrokeOffGoesOnWhereItWas) {
 // The operator at the machine does not wait for the end of somebody's batch.
 TEST_F(ConcurrencyTest, ASingleCallPassesThroughARunningBatch) {
   Serve({1, 4});
-  const auto context = runtime::ContextFor(sixpoint::testing::kSanitized ? 600 : 120);
+  const auto context = runtime::ContextFor(sixpoint::testing::kPatience * 120);
   const auto stub = v1::RegistrationService::NewStub(channel_);
   const auto reader = stub->RegisterBatch(context.get(), Batch());
   v1::RegisterBatchResponse response;

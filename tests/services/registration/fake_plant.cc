@@ -12,6 +12,7 @@
 #include "services/runtime/geometry_proto.h"
 #include "storage/blobs.h"
 #include "tests/metrology/mesh/shapes.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::registration {
 
@@ -164,8 +165,8 @@ v1::Registration FakePlantTest::Register(const v1::RegisterRequest& request) con
 std::string FakePlantTest::RefusalOf(const v1::RegisterRequest& request) {
   const std::int64_t rows = Count("registrations"), entries = Count("record_entries");
   v1::Registration registration;
-  const grpc::Status status =
-      v1::RegistrationService::NewStub(channel_)->Register(runtime::ContextFor(120).get(), request, &registration);
+  const grpc::Status status = v1::RegistrationService::NewStub(channel_)->Register(
+      runtime::ContextFor(sixpoint::testing::kPatience * 120).get(), request, &registration);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT)
       << status.error_message() << registration.ShortDebugString();
   EXPECT_EQ(Count("registrations"), rows);

@@ -66,7 +66,7 @@ class FakePlantTest : public ::testing::Test {
   // Of blades/sn1, from all its scans.
   v1::RegisterRequest Request(v1::Method method) const;
   absl::StatusOr<v1::Registration> TryRegister(const v1::RegisterRequest& request,
-                                               double seconds = testing::kSanitized ? 600 : 120) const;
+                                               double seconds = sixpoint::testing::kPatience * 120) const;
   // Stored, and read back as it was answered.
   v1::Registration Register(const v1::RegisterRequest& request) const;
   // Refused for a field that the answer names by itself, too; nothing stored. "field: value, want wanted".

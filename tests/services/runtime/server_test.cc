@@ -25,6 +25,7 @@
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "storage/migrate.h"
 #include "tests/services/runtime/raw_connection.h"
+#include "tests/support/becomes.h"
 #include "tests/support/plant_certificates.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/throwaway_database.h"
@@ -91,7 +92,7 @@ class ServerTest : public ::testing::Test {
   void StartReady(const std::string& address) {
     database_ = std::make_unique<ThrowawayDatabase>();
     StartAt(address, sixpoint::testing::AsRole(database_->conninfo(), "ingest"));
-    ASSERT_TRUE(BecomesHealth(kServing, 15));
+    ASSERT_TRUE(BecomesHealth(kServing, std::chrono::seconds(15)));
   }
   // With a connection of its own.
   std::shared_ptr<grpc::Channel> NewChannel(const std::string& address) const {
@@ -165,12 +166,8 @@ class ServerTest : public ::testing::Test {
     if (!status.ok() || !received.DumpToSingleSlice(&answer).ok() || answer.size() != 2) return kUnknown;
     return static_cast<Health>(answer.begin()[1]);
   }
-  bool BecomesHealth(Health wanted, double within_s) {
-    for (const auto end = Soon(within_s); std::chrono::system_clock::now() < end;) {
-      if (HealthOf("") == wanted && HealthOf(kService) == wanted) return true;
-      std::this_thread::sleep_for(milliseconds(50));
-    }
-    return false;
+  bool BecomesHealth(Health wanted, std::chrono::seconds within) {
+    return sixpoint::testing::Becomes(within, [&] { return HealthOf("") == wanted && HealthOf(kService) == wanted; });
   }
   grpc::Status Get(const std::string& name, Scan* scan, const std::string& traceparent = "") {
     GetScanRequest request;
@@ -198,11 +195,11 @@ TEST_F(ServerTest, HealthFollowsSchemaAndDatabase) {
   EXPECT_EQ(HealthOf(""), kNotServing);  // reachable, but without a schema
   EXPECT_EQ(HealthOf(kService), kNotServing);
   ASSERT_TRUE(storage::Migrate(database.conninfo(), ThrowawayDatabase::MigrationsFolder()).ok());
-  EXPECT_TRUE(BecomesHealth(kServing, 15));
+  EXPECT_TRUE(BecomesHealth(kServing, std::chrono::seconds(15)));
   ThrowawayDatabase::KillServer();
-  EXPECT_TRUE(BecomesHealth(kNotServing, 15));
+  EXPECT_TRUE(BecomesHealth(kNotServing, std::chrono::seconds(15)));
   ThrowawayDatabase::StartServer();
-  EXPECT_TRUE(BecomesHealth(kServing, 30));
+  EXPECT_TRUE(BecomesHealth(kServing, std::chrono::seconds(30)));
   grpc::StatusCode code = grpc::StatusCode::OK;
   EXPECT_EQ(HealthOf("nobody", &code), kUnknown);
   EXPECT_EQ(code, grpc::StatusCode::NOT_FOUND);
@@ -216,9 +213,10 @@ TEST_F(ServerTest, EveryMethodIsUnavailableUntilTheServiceIsReady) {
   const std::string why = "the service is not ready: schema version: 0, want " + std::to_string(NewestMigration());
   Scan scan;
   grpc::Status unready;
-  for (const auto end = Soon(15); unready.error_message() != why && std::chrono::system_clock::now() < end;)
+  EXPECT_TRUE(sixpoint::testing::Becomes(std::chrono::seconds(15), [&] {
     unready = Get("x", &scan);
-  EXPECT_EQ(unready.error_message(), why);
+    return unready.error_message() == why;
+  })) << unready.error_message();
   EXPECT_EQ(unready.error_code(), grpc::StatusCode::UNAVAILABLE);
   EXPECT_TRUE(HasReason(FromGrpc(unready), errors::v1::SERVICE_NOT_READY));
   // Of every kind: those that stream answers, and requests too.
@@ -234,13 +232,13 @@ TEST_F(ServerTest, EveryMethodIsUnavailableUntilTheServiceIsReady) {
   EXPECT_EQ(stream->Finish().error_message(), why);
   // Migrated, it serves; one that loses its database no longer does.
   ASSERT_TRUE(storage::Migrate(database.conninfo(), ThrowawayDatabase::MigrationsFolder()).ok());
-  ASSERT_TRUE(BecomesHealth(kServing, 15));
+  ASSERT_TRUE(BecomesHealth(kServing, std::chrono::seconds(15)));
   EXPECT_TRUE(Get("x", &scan).ok());
   ThrowawayDatabase::KillServer();
-  EXPECT_TRUE(BecomesHealth(kNotServing, 15));
+  EXPECT_TRUE(BecomesHealth(kNotServing, std::chrono::seconds(15)));
   EXPECT_TRUE(HasReason(FromGrpc(Get("x", &scan)), errors::v1::SERVICE_NOT_READY));
   ThrowawayDatabase::StartServer();
-  EXPECT_TRUE(BecomesHealth(kServing, 30));
+  EXPECT_TRUE(BecomesHealth(kServing, std::chrono::seconds(30)));
 }
 
 TEST_F(ServerTest, ADatabaseThatMayLoseWhatItKeptIsNotServed) {
@@ -248,14 +246,13 @@ TEST_F(ServerTest, ADatabaseThatMayLoseWhatItKeptIsNotServed) {
   ASSERT_EQ(unsetenv("SIXPOINT_VOLATILE_DATABASE"), 0);
   Start(sixpoint::testing::AsRole(database.conninfo(), "ingest"));
   const std::string why = "not ready: fsync: off, want on: a database that loses nothing it has kept";
-  for (const auto end = Soon(20); LogLines(why).empty() && std::chrono::system_clock::now() < end;)
-    std::this_thread::sleep_for(milliseconds(50));
+  EXPECT_TRUE(sixpoint::testing::Becomes(std::chrono::seconds(20), [&] { return !LogLines(why).empty(); }));
   EXPECT_EQ(LogLines(why).size(), 1u);
   EXPECT_EQ(HealthOf(""), kNotServing);
   Stop(SIGTERM);
   ASSERT_EQ(setenv("SIXPOINT_VOLATILE_DATABASE", "true", 1), 0);
   Start(sixpoint::testing::AsRole(database.conninfo(), "ingest"));
-  EXPECT_TRUE(BecomesHealth(kServing, 15));
+  EXPECT_TRUE(BecomesHealth(kServing, std::chrono::seconds(15)));
 }
 
 TEST_F(ServerTest, AServiceThatCouldChangeTheRecordDoesNotServe) {
@@ -264,23 +261,42 @@ TEST_F(ServerTest, AServiceThatCouldChangeTheRecordDoesNotServe) {
   const std::string why =
       "not ready: database role: sixpoint, a superuser, want the service's own, sixpoint_plant for instance, which can "
       "change nothing";
-  for (const auto end = Soon(20); LogLines(why).empty() && std::chrono::system_clock::now() < end;)
-    std::this_thread::sleep_for(milliseconds(50));
+  EXPECT_TRUE(sixpoint::testing::Becomes(std::chrono::seconds(20), [&] { return !LogLines(why).empty(); }));
   EXPECT_EQ(LogLines(why).size(), 1u);
   EXPECT_EQ(HealthOf(""), kNotServing);
+}
+
+TEST_F(ServerTest, WhoDoesNotTakeWhatHeIsSentIsLetGo) {
+  ThrowawayDatabase database;
+  Start(sixpoint::testing::AsRole(database.conninfo(), "ingest"));
+  ASSERT_TRUE(BecomesHealth(kServing, std::chrono::seconds(15)));
+  const auto stub = ScanService::NewStub(channel_);
+  grpc::ClientContext of_reader, of_idler;
+  const auto reader = stub->DownloadScan(&of_reader, {});
+  const auto idler = stub->DownloadScan(&of_idler, {});
+  ingest::v1::DownloadScanResponse piece;
+  EXPECT_TRUE(sixpoint::testing::Becomes(std::chrono::seconds(30), [&] {
+    EXPECT_TRUE(reader->Read(&piece));
+    return !LogLines("download ended").empty();
+  }));
+  EXPECT_TRUE(reader->Read(&piece));  // who reads is served on
+  while (idler->Read(&piece)) continue;
+  EXPECT_EQ(idler->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  of_reader.TryCancel();
+  while (reader->Read(&piece)) continue;
 }
 
 TEST_F(ServerTest, SigtermLetsRunningCallsEndAndExitsWithZero) {
   ThrowawayDatabase database;
   Start(sixpoint::testing::AsRole(database.conninfo(), "ingest"));
-  ASSERT_TRUE(BecomesHealth(kServing, 15));
+  ASSERT_TRUE(BecomesHealth(kServing, std::chrono::seconds(15)));
   grpc::Status slow;
   std::thread call([&] {
     Scan scan;
     slow = Get("slow", &scan);
   });
-  for (const auto end = Soon(10); LogLines("slow call begun").empty() && std::chrono::system_clock::now() < end;)
-    std::this_thread::sleep_for(milliseconds(20));
+  EXPECT_TRUE(
+      sixpoint::testing::Becomes(std::chrono::seconds(10), [&] { return !LogLines("slow call begun").empty(); }));
   const int status = Stop(SIGTERM);
   call.join();
   EXPECT_TRUE(slow.ok()) << slow.error_message();
@@ -486,20 +502,17 @@ TEST_F(ServerTest, OnePeersConnectionsNeitherStopOthersNorGrowMemory) {
   const auto open_count = [&idle] {
     return std::count_if(idle.begin(), idle.end(), [](RawConnection& one) { return !one.IsClosedWithin(0); });
   };
-  for (const auto end = Soon(20); open_count() > 256 && std::chrono::system_clock::now() < end;)
-    std::this_thread::sleep_for(milliseconds(50));
+  sixpoint::testing::Becomes(std::chrono::seconds(20), [&] { return open_count() <= 256; });
   EXPECT_EQ(open_count(), 256);  // as ConnectionLimits says
   RecordProperty("idle_connections_rss_mb", std::to_string(1e-3 * static_cast<double>(growth_kb)));
   EXPECT_TRUE(!kMemoryCounts || growth_kb < 32'000) << growth_kb;  // 256 connections of about 64 KB, twice
   EXPECT_EQ(LogLines("connection refused").size(), 1u);
   // Its places are free again once it has gone.
   idle.clear();
-  bool again = false;
-  for (const auto end = Soon(20); !again && std::chrono::system_clock::now() < end;) {
+  EXPECT_TRUE(sixpoint::testing::Becomes(std::chrono::seconds(20), [&] {
     RawConnection one(TcpAddress(), "127.0.0.2");
-    again = one.Send(testing::Preface()) && !one.IsClosedWithin(0.2);
-  }
-  EXPECT_TRUE(again);
+    return one.Send(testing::Preface()) && !one.IsClosedWithin(0.2);
+  }));
 }
 
 TEST_F(ServerTest, ExhaustedDescriptorsRecover) {
@@ -523,8 +536,8 @@ TEST_F(ServerTest, ConnectionsLeaveDescriptorsForTheServersOwnWork) {
   std::vector<RawConnection> idle;
   for (int i = 0; i < 100; ++i)
     idle.emplace_back(TcpAddress(), "127.0.0." + std::to_string(2 + i % 4), testing::Speaks::kNothing);
-  for (const auto end = Soon(20); LogLines("connection refused").empty() && std::chrono::system_clock::now() < end;)
-    std::this_thread::sleep_for(milliseconds(50));
+  EXPECT_TRUE(
+      sixpoint::testing::Becomes(std::chrono::seconds(20), [&] { return !LogLines("connection refused").empty(); }));
   EXPECT_EQ(LogLines("connection refused").size(), 1u);
   ASSERT_TRUE(Get("hold every descriptor", &scan).ok());
   EXPECT_GT(std::stoi(scan.name()), 32);  // of 128, 64 are for connections; gRPC and logs have some

@@ -36,13 +36,24 @@ class Scans : public sixpoint::ingest::v1::ScanService::Service {
     return grpc::Status::OK;
   }
 
+  // For as long as its client takes it.
+  grpc::Status DownloadScan(grpc::ServerContext*, const sixpoint::ingest::v1::DownloadScanRequest*,
+                            grpc::ServerWriter<sixpoint::ingest::v1::DownloadScanResponse>* writer) override {
+    sixpoint::ingest::v1::DownloadScanResponse response;
+    response.mutable_block()->set_payload(std::string(100'000, 'p'));
+    while (writer->Write(response)) continue;
+    sixpoint::runtime::Log(sixpoint::runtime::LogLevel::kInfo, "download ended");
+    return sixpoint::runtime::ToGrpc(absl::CancelledError("the client went away"));
+  }
+
   std::vector<sixpoint::runtime::Descriptor> held_;
 };
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const auto options = sixpoint::runtime::ParseServerOptions(argc, argv, "ingest");
+  auto options = sixpoint::runtime::ParseServerOptions(argc, argv, "ingest");
+  options.write_patience = std::chrono::seconds(1);
   return sixpoint::runtime::Serve(options, [](const auto&, auto*) {
     std::vector<sixpoint::runtime::ServedService> services;
     services.push_back({sixpoint::ingest::v1::ScanService::service_full_name(), std::make_unique<Scans>()});
