@@ -11,6 +11,7 @@
 #include "storage/blobs.h"
 #include "storage/bucket_owner.h"
 #include "storage/one_read.h"
+#include "storage/reasons.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -51,9 +52,10 @@ class PostgresqlBlobStore final : public BlobStore {
     if (!uses.ok()) return uses.status();
     for (const StoreUse& use : *uses) {
       if (use.store != kStorePostgresql || use.kept_bytes < most_bytes_) continue;
-      return absl::ResourceExhaustedError("clouds in PostgreSQL: " + std::to_string(use.kept_bytes) +
-                                          " bytes, want less than " + std::to_string(most_bytes_) +
-                                          ": an object store (--blob-store), or a retention policy");
+      return WithReason(absl::ResourceExhaustedError("clouds in PostgreSQL: " + std::to_string(use.kept_bytes) +
+                                                     " bytes, want less than " + std::to_string(most_bytes_) +
+                                                     ": an object store (--blob-store), or a retention policy"),
+                        kCloudStoreFull);
     }
     return absl::OkStatus();
   }

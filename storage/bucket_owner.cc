@@ -3,6 +3,7 @@
 #include "refusal/message_text.h"
 #include "storage/blobs.h"
 #include "storage/one_read.h"
+#include "storage/reasons.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -41,16 +42,20 @@ absl::Status RequireOwnBucket(Database& database, ObjectStore* objects, Deadline
     const absl::StatusOr<ObjectStore::ListPage> clouds = objects->List(kClouds, "", deadline);
     if (!clouds.ok()) return clouds.status();
     if (!clouds->objects.empty())
-      return absl::FailedPreconditionError(
-          "bucket: holds clouds and does not say whose, want an empty one, or `sixpoint store adopt-bucket`");
+      return WithReason(
+          absl::FailedPreconditionError(
+              "bucket: holds clouds and does not say whose, want an empty one, or `sixpoint store adopt-bucket`"),
+          kBucketOfAnother);
     if (absl::Status put = PutOwner(objects, *here, deadline); !put.ok()) return put;
     owner = OwnerOf(objects, deadline);  // another plant may have done the same at the same moment
     if (!owner.ok()) return owner.status();
   }
   if (*owner == *here) return absl::OkStatus();
-  return absl::FailedPreconditionError("bucket: of " + Tame(*owner, kLongestOwner) + ", want one of " + *here +
-                                       "; after a restore look at `sixpoint store collect --dry-run`, then `sixpoint "
-                                       "store adopt-bucket`");
+  return WithReason(
+      absl::FailedPreconditionError("bucket: of " + Tame(*owner, kLongestOwner) + ", want one of " + *here +
+                                    "; after a restore look at `sixpoint store collect --dry-run`, then `sixpoint "
+                                    "store adopt-bucket`"),
+      kBucketOfAnother);
 }
 
 absl::StatusOr<std::string> AdoptBucket(const std::string& here, ObjectStore* objects, Deadline deadline) {

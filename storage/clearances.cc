@@ -76,7 +76,9 @@ absl::StatusOr<bool> WasRecorded(Transaction& transaction, const ClearanceOrder&
   const bool is_same = rows->Bool(0, 0);
   if (absl::Status read = rows->status(); !read.ok()) return read;
   if (is_same) return true;
-  return absl::AlreadyExistsError("request_id: " + order.request_id + " was used for another request, want a new id");
+  return WithReason(
+      absl::AlreadyExistsError("request_id: " + order.request_id + " was used for another request, want a new id"),
+      kRequestIdReused);
 }
 
 // What stands then; none: nothing was there to withdraw.

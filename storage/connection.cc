@@ -15,6 +15,8 @@ namespace {
 // What schema and statements are written and tested for.
 constexpr int kOldestServer = 150000;
 
+constexpr char kSqlstatePayload[] = "sixpoint.sqlstate";
+
 // How long after the deadline the server's own statement_timeout may still answer, before the connection is given up.
 constexpr std::chrono::milliseconds kGrace{300};
 
@@ -118,13 +120,7 @@ absl::Status Timely(absl::Status failure, Deadline deadline) {
   return absl::UnavailableError(std::string(failure.message()) + ", long before the deadline: its clock was set");
 }
 
-}  // namespace
-
-void CloseConnection::operator()(pg_conn* connection) const { PQfinish(connection); }
-void ClearResult::operator()(pg_result* result) const { PQclear(result); }
-
-absl::Status StatusOfSqlstate(const std::string& sqlstate, const std::string& message) {
-  const std::string text = "database: " + message + (sqlstate.empty() ? "" : " [" + sqlstate + "]");
+absl::Status Classified(const std::string& sqlstate, const std::string& text) {
   const std::string state_class = sqlstate.substr(0, 2);
   if (sqlstate.empty() || state_class == "08") return absl::UnavailableError(text);
   if (sqlstate == "57014") return absl::DeadlineExceededError(text);  // query_canceled: our statement_timeout
@@ -139,6 +135,21 @@ absl::Status StatusOfSqlstate(const std::string& sqlstate, const std::string& me
   if (state_class == "53" || sqlstate == "54000") return absl::ResourceExhaustedError(text);
   if (state_class == "22") return absl::InvalidArgumentError(text);
   return absl::InternalError(text);
+}
+
+}  // namespace
+
+void CloseConnection::operator()(pg_conn* connection) const { PQfinish(connection); }
+void ClearResult::operator()(pg_result* result) const { PQclear(result); }
+
+absl::Status StatusOfSqlstate(const std::string& sqlstate, const std::string& message) {
+  absl::Status status = Classified(sqlstate, "database: " + message + (sqlstate.empty() ? "" : " [" + sqlstate + "]"));
+  status.SetPayload(kSqlstatePayload, absl::Cord(sqlstate));
+  return status;
+}
+
+std::string SqlstateOf(const absl::Status& status) {
+  return std::string(status.GetPayload(kSqlstatePayload).value_or(absl::Cord()));
 }
 
 absl::StatusOr<Connection> Connect(const std::string& conninfo, Deadline deadline) {

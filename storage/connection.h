@@ -26,6 +26,8 @@ using Result = std::unique_ptr<pg_result, ClearResult>;
 
 // The one map from SQLSTATE to a status. An empty SQLSTATE is a connection that broke.
 absl::Status StatusOfSqlstate(const std::string& sqlstate, const std::string& message);
+// Of such a status; empty of any other.
+std::string SqlstateOf(const absl::Status& status);
 
 // UNAVAILABLE when the server cannot be reached; DEADLINE_EXCEEDED when it does not answer. The session speaks UTC, ISO
 // dates, UTF-8 and shortest exact doubles, whatever the server's own settings are.

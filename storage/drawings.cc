@@ -7,6 +7,7 @@
 #include "storage/drawing_children.h"
 #include "storage/each_row.h"
 #include "storage/optional_reals.h"
+#include "storage/reasons.h"
 #include "storage/requests.h"
 
 namespace sixpoint::storage {
@@ -46,8 +47,9 @@ absl::Status IsOfAnotherPart(Transaction& transaction, const Reader& reader, con
   const auto hidden = FirstHidden(transaction, reader, {name}, Unrecorded::kIsSeen);
   if (!hidden.ok()) return hidden.status();
   if (hidden->has_value()) return NotSeen("drawing_id", name, reader);
-  return absl::AlreadyExistsError("drawing.part: parts/" + asked.part_id + ", want parts/" + known.part_id +
-                                  ", whose drawing " + name + " is");
+  return WithReason(absl::AlreadyExistsError("drawing.part: parts/" + asked.part_id + ", want parts/" + known.part_id +
+                                             ", whose drawing " + name + " is"),
+                    kOfAnotherPart);
 }
 
 absl::Status CheckRevises(const DrawingRow& drawing, int newest) {

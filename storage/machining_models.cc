@@ -4,6 +4,7 @@
 
 #include "storage/blobs.h"
 #include "storage/clearances.h"
+#include "storage/reasons.h"
 #include "storage/requests.h"
 
 namespace sixpoint::storage {
@@ -160,8 +161,9 @@ absl::Status IsOfAnotherPart(Transaction& transaction, const Reader& reader, con
   const auto hidden = FirstHidden(transaction, reader, {name}, Unrecorded::kIsSeen);
   if (!hidden.ok()) return hidden.status();
   if (hidden->has_value()) return NotSeen("machining_model_id", name, reader);
-  return absl::AlreadyExistsError("machining_model.part: parts/" + asked.part_id + ", want parts/" + known.part_id +
-                                  ", whose model " + name + " is");
+  return WithReason(absl::AlreadyExistsError("machining_model.part: parts/" + asked.part_id + ", want parts/" +
+                                             known.part_id + ", whose model " + name + " is"),
+                    kOfAnotherPart);
 }
 
 absl::StatusOr<std::optional<MachiningModelRow>> ReadModel(Transaction& transaction, const std::string& id,

@@ -4,6 +4,7 @@
 
 #include "storage/clearances.h"
 #include "storage/plant_registry.h"
+#include "storage/reasons.h"
 #include "storage/requests.h"
 #include "storage/work_orders.h"
 
@@ -50,8 +51,10 @@ absl::Status HasOtherOrder(const BladeRow& known, const BladeRow& asked) {
     if (blade.work_order.empty()) return std::string("none");
     return blade.work_order + (blade.operation.empty() ? "" : " operation " + blade.operation);
   };
-  return absl::AlreadyExistsError("work_order: " + text(asked) + ", want " + text(known) + ", which blade " +
-                                  known.blade_serial + " already has: another is assigned by AssignWorkOrder");
+  return WithReason(
+      absl::AlreadyExistsError("work_order: " + text(asked) + ", want " + text(known) + ", which blade " +
+                               known.blade_serial + " already has: another is assigned by AssignWorkOrder"),
+      kWorkOrderDiffers);
 }
 
 BladeRow ReadBlade(const Rows& rows, int row) {
@@ -85,8 +88,10 @@ absl::StatusOr<BladeRow> InsertBlade(Transaction& transaction, BladeRow blade, R
     if (!hidden.ok()) return hidden.status();
     if (hidden->has_value()) return NotSeen("serial", blade.blade_serial, entry.reader);
     if ((*known)->part_id == blade.part_id) return HasOtherOrder(**known, blade);
-    return absl::AlreadyExistsError("blade.part: parts/" + blade.part_id + ", want parts/" + (*known)->part_id +
-                                    ", which blade " + blade.blade_serial + " already is");
+    return WithReason(
+        absl::AlreadyExistsError("blade.part: parts/" + blade.part_id + ", want parts/" + (*known)->part_id +
+                                 ", which blade " + blade.blade_serial + " already is"),
+        kOfAnotherPart);
   }
   entry.kind = "blade";
   entry.name = "blades/" + blade.blade_serial;

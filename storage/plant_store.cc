@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "storage/blobs.h"
+#include "storage/events.h"
 #include "storage/one_read.h"
 #include "storage/postgres_revisions.h"
 #include "storage/work_orders.h"
@@ -112,6 +113,11 @@ class PostgresJournal final : public JournalReader {
   absl::StatusOr<std::vector<JournalEntry>> MadeFrom(const std::string& name, const JournalPage& page,
                                                      Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return storage::MadeFrom(t, name, page); });
+  }
+  absl::StatusOr<std::vector<std::string>> Kinds(Deadline deadline) const override {
+    absl::StatusOr<JournalNow> now = OneRead(*database_, deadline, ReadJournalNow);
+    if (!now.ok()) return now.status();
+    return std::move(now->kinds);
   }
 
  private:

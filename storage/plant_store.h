@@ -87,6 +87,8 @@ class JournalReader {
                                                                    Deadline deadline) const = 0;
   virtual absl::StatusOr<std::vector<JournalEntry>> MadeFrom(const std::string& name, const JournalPage& page,
                                                              Deadline deadline) const = 0;
+  // That entries can have, in their order.
+  virtual absl::StatusOr<std::vector<std::string>> Kinds(Deadline deadline) const = 0;
 };
 
 struct PlantStores {

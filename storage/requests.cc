@@ -1,6 +1,7 @@
 #include "storage/requests.h"
 
 #include "storage/blobs.h"
+#include "storage/reasons.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -31,8 +32,9 @@ absl::StatusOr<std::optional<std::string>> FindKept(Transaction& transaction, co
   const std::string known_sha256 = rows->Digest(0, 0);
   if (absl::Status read = rows->status(); !read.ok()) return read;
   if (known_sha256 != Sha256Hex(request.bytes))
-    return absl::AlreadyExistsError("request_id: " + request.request_id +
-                                    " was used for another request, want a new id");
+    return WithReason(
+        absl::AlreadyExistsError("request_id: " + request.request_id + " was used for another request, want a new id"),
+        kRequestIdReused);
   return rows->Checked(rows->Text(0, 1));
 }
 

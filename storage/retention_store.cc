@@ -4,6 +4,7 @@
 
 #include "storage/bucket_owner.h"
 #include "storage/one_read.h"
+#include "storage/reasons.h"
 #include "storage/requests.h"
 
 namespace sixpoint::storage {
@@ -75,7 +76,9 @@ class PostgresBlobKeeping final : public BlobKeeping {
   }
   absl::StatusOr<std::string> AdoptBucket(Deadline deadline) override {
     if (blobs_->objects() == nullptr)
-      return absl::FailedPreconditionError("bucket: none, want this service configured with one (--blob-store)");
+      return WithReason(
+          absl::FailedPreconditionError("bucket: none, want this service configured with one (--blob-store)"),
+          kObjectStoreMissing);
     const absl::StatusOr<std::string> here = OneRead(*database_, deadline, BucketOwnerHere);
     if (!here.ok()) return here;
     return storage::AdoptBucket(*here, blobs_->objects(), deadline);

@@ -28,8 +28,8 @@ bool IsWorthPreparing(const std::string& sql) {
 
 // A prepared statement whose table has other columns since (0A000), or that somebody discarded (26000): another session does.
 bool IsForgotten(const absl::Status& status) {
-  const std::string text(status.message());
-  return text.find("[0A000]") != text.npos || text.find("[26000]") != text.npos;
+  const std::string sqlstate = SqlstateOf(status);
+  return sqlstate == "0A000" || sqlstate == "26000";
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "storage/webhooks.h"
 
+#include "storage/reasons.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -77,16 +79,22 @@ absl::StatusOr<WebhookRow> InsertWebhook(Transaction& transaction, const Webhook
     const bool is_same = (*kept)->requested_by == row.requested_by && (*kept)->webhook_id == row.webhook_id &&
                          (*kept)->url == row.url && IsSame((*kept)->filter, row.filter);
     if (is_same) return **kept;
-    return absl::AlreadyExistsError("request_id: " + row.request_id + " was used for another request, want a new id");
+    return WithReason(
+        absl::AlreadyExistsError("request_id: " + row.request_id + " was used for another request, want a new id"),
+        kRequestIdReused);
   }
   const auto named = One(transaction, kSelectWebhook, row.webhook_id);
   if (!named.ok()) return named.status();
   if (named->has_value())
-    return absl::AlreadyExistsError("webhook_id: " + row.webhook_id + " is given, want another: names are given once");
+    return WithReason(
+        absl::AlreadyExistsError("webhook_id: " + row.webhook_id + " is given, want another: names are given once"),
+        kWebhookExists);
   const auto holding = ListWebhooks(transaction, false, "", kMostWebhooks);
   if (!holding.ok()) return holding.status();
   if (holding->size() == static_cast<std::size_t>(kMostWebhooks))
-    return absl::ResourceExhaustedError("webhooks: " + std::to_string(kMostWebhooks) + ", want one withdrawn before");
+    return WithReason(
+        absl::ResourceExhaustedError("webhooks: " + std::to_string(kMostWebhooks) + ", want one withdrawn before"),
+        kWebhooksFull);
   Params params;
   params.Text(row.webhook_id).Text(row.url).Texts(row.filter.kinds).Text(row.filter.machine_id);
   params.Text(row.filter.blade_serial).Text(row.filter.part_id).Texts(row.filter.verdicts).Int(row.begins_after);

@@ -227,7 +227,7 @@ std::string SummaryOf(const storage::CalibrationRow& row) {
   } else {
     summary["point_c_mm"] = row.rotation->point_c_mm;
     summary["residual_rms_um"] = row.rotation->residual_rms_um;
-    summary["check_rms_um"] = row.rotation->check_rms_um;
+    if (row.rotation->check_count > 0) summary["check_rms_um"] = row.rotation->check_rms_um;
   }
   return summary.dump();
 }

@@ -96,8 +96,9 @@ Awaitable<HttpResponse> BlobDoor(Exchange* exchange, const Url& url, Upstream* u
   if (is_known) request.set_byte_count(1);  // whether he may see it still is asked all the same
   auto [status, blob] = co_await upstream->Call<ingest::v1::ScanBlob>(*kMethod, request, wish, exchange);
   if (!status.ok()) {
-    const bool is_beyond = range && status.error_code() == grpc::StatusCode::INVALID_ARGUMENT &&
-                           status.error_message().find("first_byte") != std::string::npos;
+    const auto violations = ViolationsOf(runtime::FromGrpc(status));
+    const bool is_beyond = range && std::any_of(violations.begin(), violations.end(),
+                                                [](const Violation& one) { return one.field == "first_byte"; });
     const ConnectRefusal refusal{status, is_beyond ? 416u : 0u, ""};
     co_return ErrorResponse(refusal);
   }

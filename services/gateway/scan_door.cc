@@ -11,6 +11,7 @@
 #include "services/gateway/connect_protocol.h"
 #include "services/gateway/doors.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/resource_name.h"
 #include "sixpoint/bounds/v1/bounds.pb.h"
 #include "sixpoint/ingest/v1/ingest.pb.h"
 
@@ -61,6 +62,13 @@ absl::StatusOr<int> NumberOf(const std::string& field, const std::string& text) 
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error == std::errc() && end == text.data() + text.size() && number >= 0) return number;
   return runtime::Refuse(field, text.substr(0, 40), "a whole number");
+}
+
+// An upload has one request at a time.
+absl::Status IsBusy(const std::string& scan_id) {
+  return runtime::Failure(errors::v1::UPLOAD_OVERTAKEN,
+                          "scan: " + scan_id + " (another request is at work on it), want one after the other",
+                          {{"resource", runtime::NameOf("scans", scan_id)}});
 }
 
 // Whoever cancels a stream waits for its end, and nobody for him.
@@ -196,9 +204,7 @@ absl::StatusOr<std::shared_ptr<ScanDoor::Upload>> ScanDoor::Make(const Key& key,
   const std::lock_guard<std::mutex> lock(mutex_);
   for (auto each = uploads_.begin(); each != uploads_.end();) {
     const bool is_replaced = each->first == key, is_old = now > each->second->touched + kStandsStill;
-    if (is_replaced && each->second->is_busy)
-      return absl::AbortedError("scan: " + key.second +
-                                " (another request is at work on it), want one after the other");
+    if (is_replaced && each->second->is_busy) return IsBusy(key.second);
     if (!each->second->is_busy && (is_replaced || is_old)) {
       LetGo(executor, each->second->stream);
       each = uploads_.erase(each);
@@ -225,10 +231,11 @@ absl::StatusOr<std::shared_ptr<ScanDoor::Upload>> ScanDoor::Take(const Key& key)
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto found = uploads_.find(key);
   if (found == uploads_.end())
-    return absl::FailedPreconditionError("header: none of " + key.second + " is open here, want PUT /scans/" +
-                                         key.second + " first, and to go on from its next_block");
-  if (found->second->is_busy)
-    return absl::AbortedError("scan: " + key.second + " (another request is at work on it), want one after the other");
+    return runtime::Failure(errors::v1::UPLOAD_NOT_OPEN,
+                            "header: none of " + key.second + " is open here, want PUT /scans/" + key.second +
+                                " first, and to go on from its next_block",
+                            {{"resource", runtime::NameOf("scans", key.second)}});
+  if (found->second->is_busy) return IsBusy(key.second);
   found->second->is_busy = true;
   return found->second;
 }

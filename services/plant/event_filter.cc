@@ -18,6 +18,15 @@ std::string Joined(const std::vector<std::string>& texts) {
 
 }  // namespace
 
+absl::Status CheckKinds(const std::string& field, const google::protobuf::RepeatedPtrField<std::string>& kinds,
+                        const std::vector<std::string>& known) {
+  runtime::Refusals refusals;
+  for (int i = 0; i < kinds.size(); ++i)
+    if (std::find(known.begin(), known.end(), kinds[i]) == known.end())
+      refusals.Add(runtime::Refuse(field + "[" + std::to_string(i) + "]", kinds[i], "one of " + Joined(known)));
+  return refusals.status();
+}
+
 absl::StatusOr<storage::EventFilter> EventFilterOf(const v1::EventFilter& given, const storage::JournalNow& now) {
   storage::EventFilter filter;
   runtime::Refusals refusals;
@@ -29,12 +38,8 @@ absl::StatusOr<storage::EventFilter> EventFilterOf(const v1::EventFilter& given,
     refusals.Add(read.status());
     if (read.ok()) *id = *std::move(read);
   }
-  for (int i = 0; i < given.kinds_size(); ++i) {
-    if (std::find(now.kinds.begin(), now.kinds.end(), given.kinds(i)) == now.kinds.end())
-      refusals.Add(
-          runtime::Refuse("filter.kinds[" + std::to_string(i) + "]", given.kinds(i), "one of " + Joined(now.kinds)));
-    filter.kinds.push_back(given.kinds(i));
-  }
+  refusals.Add(CheckKinds("filter.kinds", given.kinds(), now.kinds));
+  filter.kinds.assign(given.kinds().begin(), given.kinds().end());
   for (int i = 0; i < given.verdicts_size(); ++i) {
     const std::string& verdict = given.verdicts(i);
     if (verdict.empty() || verdict.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ_") != std::string::npos)

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "services/plant/event_filter.h"
 #include "services/plant/messages.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
@@ -43,6 +44,17 @@ absl::Status CheckRecorded(const storage::JournalReader& journal, const std::str
   const absl::StatusOr<bool> recorded = journal.IsRecorded(name, deadline);
   if (!recorded.ok()) return recorded.status();
   return *recorded ? absl::OkStatus() : NotRecorded(name);
+}
+
+// Those that are named, in a list of their own.
+absl::StatusOr<std::vector<std::string>> KindsOf(const google::protobuf::RepeatedPtrField<std::string>& named,
+                                                 const storage::JournalReader& journal, storage::Deadline deadline) {
+  std::vector<std::string> kinds(named.begin(), named.end());
+  if (kinds.empty()) return kinds;
+  const absl::StatusOr<std::vector<std::string>> known = journal.Kinds(deadline);
+  if (!known.ok()) return known.status();
+  if (absl::Status status = CheckKinds("kinds", named, *known); !status.ok()) return status;
+  return kinds;
 }
 
 template <typename Response>
@@ -104,11 +116,12 @@ grpc::Status RecordService::Recall(grpc::ServerContext* context, const v1::Recal
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
   if (!name.empty()) checked = CheckRecorded(*journal_, name, deadline);
   if (!checked.ok()) return ToGrpc(checked);
+  const absl::StatusOr<std::vector<std::string>> kinds = KindsOf(request->kinds(), *journal_, deadline);
+  if (!kinds.ok()) return ToGrpc(kinds.status());
   storage::JournalPage wanted = JournalPageOf(*page);
   wanted.recorded = *span;
   wanted.reader = runtime::ReaderOf(*context);
-  const auto entries =
-      journal_->DerivedFrom(name, {request->kinds().begin(), request->kinds().end()}, wanted, deadline);
+  const auto entries = journal_->DerivedFrom(name, *kinds, wanted, deadline);
   if (!entries.ok()) return ToGrpc(entries.status());
   Answer(*entries, *page, filters, response);
   return grpc::Status::OK;
@@ -140,11 +153,12 @@ grpc::Status RecordService::ListRecordEntries(grpc::ServerContext* context, cons
   const std::string filters = runtime::FiltersOf(*request);
   const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
+  const storage::Deadline deadline = runtime::DeadlineOf(*context);
+  const absl::StatusOr<std::vector<std::string>> kinds = KindsOf(request->kinds(), *journal_, deadline);
+  if (!kinds.ok()) return ToGrpc(kinds.status());
   storage::JournalPage wanted = JournalPageOf(*page);
   wanted.reader = runtime::ReaderOf(*context);
-  const auto entries = journal_->EntriesOfOrder(request->work_order(), request->operation(),
-                                                {request->kinds().begin(), request->kinds().end()}, wanted,
-                                                runtime::DeadlineOf(*context));
+  const auto entries = journal_->EntriesOfOrder(request->work_order(), request->operation(), *kinds, wanted, deadline);
   if (!entries.ok()) return ToGrpc(entries.status());
   Answer(*entries, *page, filters, response);
   return grpc::Status::OK;

@@ -71,7 +71,8 @@ absl::Status LeaveOutHidden(storage::Transaction& transaction, const storage::Re
 }
 
 absl::Status NotThere(const std::string& name) {
-  return absl::NotFoundError("name: " + name + ", want a webhook that was made");
+  return runtime::Failure(errors::v1::WEBHOOK_NOT_FOUND, "name: " + name + ", want a webhook that was made",
+                          {{"resource", name}});
 }
 
 // What is asked for, where it is sound; all that is wrong with it where it is not.
@@ -187,7 +188,9 @@ grpc::Status WebhookService::TestWebhook(grpc::ServerContext* context, const v1:
   const absl::StatusOr<WebhookRow> row = Find(*context, request->name());
   if (!row.ok()) return ToGrpc(row.status());
   if (row->withdrawn_at)
-    return ToGrpc(absl::FailedPreconditionError("name: " + request->name() + ", want one that was not withdrawn"));
+    return ToGrpc(runtime::Failure(errors::v1::WEBHOOK_WITHDRAWN,
+                                   "name: " + request->name() + ", want one that was not withdrawn",
+                                   {{"resource", request->name()}}));
   const absl::StatusOr<storage::JournalNow> now = journal_->Now(runtime::DeadlineOf(*context));
   if (!now.ok()) return ToGrpc(now.status());
   const auto began = std::chrono::steady_clock::now();

@@ -258,6 +258,13 @@ class FakeJournal final : public storage::JournalReader {
     return std::any_of(entries.begin(), entries.end(),
                        [&](const storage::JournalEntry& entry) { return FakeRecord::Means(name, entry.entry.name); });
   }
+  absl::StatusOr<std::vector<std::string>> Kinds(Deadline) const override {
+    return std::vector<std::string>{
+        "artefact",        "assessment",     "assignment",  "blade",   "calibration", "correction",     "cut",
+        "deletion",        "deviation",      "disposition", "drawing", "fetch",       "inspection",     "machine",
+        "machining_model", "machining_pass", "measurement", "part",    "policy",      "reconstruction", "refusal",
+        "registration",    "release",        "repair",      "scan",    "section",     "study",          "withdrawal"};
+  }
   Entries RecordOfBlade(const std::string& serial, const storage::JournalPage& page, Deadline) const override {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();

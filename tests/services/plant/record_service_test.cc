@@ -140,6 +140,10 @@ TEST_F(RecordServiceTest, RecallByASpanOfTimeAndByReleases) {
   EXPECT_THAT(std::string(refused().message()), ::testing::HasSubstr("recorded"));
   request.mutable_recorded()->clear_until();
   request.mutable_recorded()->mutable_from()->set_seconds(1600000000);
+  // A kind that no entry has would find nothing, which reads as nothing being there.
+  request.add_kinds("registrations");
+  EXPECT_THAT(std::string(refused().message()), ::testing::HasSubstr("kinds[0]: registrations, want one of"));
+  request.clear_kinds();
   request.add_kinds("registration");
   const auto all = Call(&v1::RecordService::Stub::Recall, request);
   ASSERT_TRUE(all.ok()) << all.status();
