@@ -1,5 +1,5 @@
 // `sixpoint accounts`: people who sign in at the gateway, what they may do, and until when.
-#include <iostream>
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,17 +40,24 @@ std::string AccountText(const Account& account) {
          TimeText(account.created_at()) + "\nchanged    " + TimeText(account.changed_at()) + "\n";
 }
 
+// The contract's role of that word. That identity knows one which the contract lacks is our own fault, and grants nothing.
+absl::StatusOr<access::v1::Role> ContractRoleOf(const std::string& word) {
+  const google::protobuf::EnumDescriptor& roles = *access::v1::Role_descriptor();
+  const std::vector<std::string> words = WordsOf(roles);
+  if (std::find(words.begin(), words.end(), word) == words.end())
+    return absl::InternalError("--role: " + word + ", which is no role of the contract (sixpoint/access/v1)");
+  return static_cast<access::v1::Role>(ValueOf(roles, word));
+}
+
 // As the contract has them; what a user's roles are the plant says.
 template <typename Request>
 absl::Status SetRoles(const std::vector<std::string>& words, Request* request) {
   for (const std::string& word : words) {
     const absl::StatusOr<identity::Role> known = identity::RoleOf("--role", word);
     if (!known.ok()) return known.status();
-    std::string name = "ROLE_" + word;
-    for (char& c : name) c = c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    access::v1::Role role = access::v1::ROLE_UNSPECIFIED;
-    access::v1::Role_Parse(name, &role);
-    request->add_roles(role);
+    const absl::StatusOr<access::v1::Role> role = ContractRoleOf(identity::RoleText(*known));
+    if (!role.ok()) return role.status();
+    request->add_roles(*role);
   }
   return absl::OkStatus();
 }

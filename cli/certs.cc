@@ -31,7 +31,7 @@ struct CertsArguments {
   std::string folder;
   std::string code;
   std::vector<std::string> roles, hosts, holders;
-  int valid_days = 90, offer_hours = 24, token_minutes = 15;
+  int valid_days = 90, offer_hours = 24, token_minutes = 15, limit = 0;
   bool all = false;
 };
 
@@ -95,7 +95,7 @@ absl::Status CheckCredentialsFolder(const fs::path& folder, const Identity& wish
   if (absl::IsNotFound(there.status())) return absl::OkStatus();
   if (!there.ok()) return there.status();
   const auto refused = [&](const std::string& what) {
-    return runtime::Refuse("--out", folder.string() + " (" + what + ")",
+    return runtime::Refuse("--folder", folder.string() + " (" + what + ")",
                            "a folder without identity.pem, or with that of " + wished.Text());
   };
   if (there->identity.Text() != wished.Text()) return refused("of " + there->identity.Text());
@@ -110,15 +110,15 @@ absl::Status Issue(Session* session, const CertsArguments& arguments) {
   if (!authority.ok()) return authority.status();
   const absl::StatusOr<std::string> authority_pem = authority->CertificatePem();
   if (!authority_pem.ok()) return authority_pem.status();
-  const fs::path out = arguments.folder;
-  if (absl::Status status = CheckCredentialsFolder(out, *wished, *authority_pem); !status.ok()) return status;
+  const fs::path folder = arguments.folder;
+  if (absl::Status status = CheckCredentialsFolder(folder, *wished, *authority_pem); !status.ok()) return status;
   const absl::StatusOr<identity::Credentials> credentials =
       authority->Issue({*wished, arguments.hosts, std::chrono::hours(24 * arguments.valid_days)});
   if (!credentials.ok()) return credentials.status();
-  if (absl::Status status = identity::WriteCredentials(out, *credentials); !status.ok()) return status;
-  const absl::StatusOr<IssuedCertificate> issued = identity::ReadCertificate(out / identity::kIdentityFile);
+  if (absl::Status status = identity::WriteCredentials(folder, *credentials); !status.ok()) return status;
+  const absl::StatusOr<IssuedCertificate> issued = identity::ReadCertificate(folder / identity::kIdentityFile);
   if (!issued.ok()) return issued.status();
-  PrintCertificate(*session, *issued, out);
+  PrintCertificate(*session, *issued, folder);
   return absl::OkStatus();
 }
 
@@ -155,6 +155,7 @@ absl::Status List(Session* session, const CertsArguments& arguments) {
   nlohmann::json json = nlohmann::json::array();
   Table table = CertificateTable();
   for (const IssuedCertificate& certificate : *issued) {
+    if (!WantsMore(arguments.limit, static_cast<int>(json.size()))) break;
     if (!arguments.all && !CountsStill(certificate)) continue;
     json.push_back(CertificateToJson(certificate));
     table.AddRow(CertificateCells(certificate));
@@ -301,7 +302,7 @@ void AddCertsCommands(Command* app, Session* session) {
   Command* offer = add("offer", "The same for a user or a machine elsewhere, by a code that is good once", Offer);
   Command* take = add("take", "On that machine: takes what the code opens", Take);
   add("fetch", "The certificate that follows one's own, once `certs renew` has made it; the key stays", Fetch);
-  Command* list = add("list", "What the authority gave", List);
+  Command* list = add("list", "What the authority gave, newest first", List);
   Command* revoke = add("revoke", "Takes certificates back; the plant refuses the next call by them", Revoke);
   Command* show =
       add("show", "What a folder of credentials holds; without DIR, the one shown to the plant", ShowCertificate);
@@ -322,9 +323,9 @@ void AddCertsCommands(Command* app, Session* session) {
   offer->AddOption("NAME", &arguments->who, "machines/ID, users/NAME or services/gateway")->Required();
   offer->AddOption("--hours", &arguments->offer_hours, "How long the code is good")->Within(1, 720)->ShowDefault();
   take->AddOption("--code", &arguments->code, "As `certs offer` printed it")->Required();
-  take->AddOption("--out", &arguments->folder, "Folder for identity.pem and authority.pem")->Required();
+  take->AddOption("--folder", &arguments->folder, "Folder for identity.pem and authority.pem")->Required();
   issue
-      ->AddOption("--out", &arguments->folder,
+      ->AddOption("--folder", &arguments->folder,
                   "Folder for identity.pem and authority.pem; what is there of NAME is renewed")
       ->Required();
   for (Command* command : {issue, offer}) {
@@ -336,6 +337,7 @@ void AddCertsCommands(Command* app, Session* session) {
   }
   issue->AddOption("--host", &arguments->hosts, "Of a service: by which clients reach it; repeatable")->Repeat();
   list->AddFlag("--all", &arguments->all, "Also what has expired or was revoked");
+  AddLimitOption(list, &arguments->limit);
   revoke
       ->AddOption("SERIAL|NAME", &arguments->who, "One certificate, or all that still count of users/NAME or the like")
       ->Required();

@@ -76,26 +76,26 @@ absl::Status OfferCredentials(Session* session, const identity::Identity& whose,
     PrintJson({{"who", whose.Text()}, {"code", sealed->code}, {"until", TimeText(until)}});
   } else {
     std::cout << "code for " << whose.Text() << ", good once, until " << TimeText(until) << ":\n  " << sealed->code
-              << "\nthere: sixpoint --server HOST:PORT certs take --code CODE --out DIR\n";
+              << "\nthere: sixpoint --server HOST:PORT certs take --code CODE --folder DIR\n";
   }
   return absl::OkStatus();
 }
 
-absl::Status TakeCredentials(Session* session, const std::string& code, const fs::path& out) {
+absl::Status TakeCredentials(Session* session, const std::string& code, const fs::path& folder) {
   const absl::StatusOr<std::string> pickup_id = identity::PickupIdOf(code);
   if (!pickup_id.ok()) return pickup_id.status();
   // Before the code is used up: where it is to lie, something can.
   std::error_code unreadable;
-  if (fs::exists(out / identity::kIdentityFile, unreadable) || unreadable)
-    return runtime::Refuse("--out", out.string(), "a folder without identity.pem");
-  if (absl::Status may = identity::WriteCredentials(out / "probe", {"x", "x"}); !may.ok()) return may;
-  fs::remove_all(out / "probe", unreadable);
+  if (fs::exists(folder / identity::kIdentityFile, unreadable) || unreadable)
+    return runtime::Refuse("--folder", folder.string(), "a folder without identity.pem");
+  if (absl::Status may = identity::WriteCredentials(folder / "probe", {"x", "x"}); !may.ok()) return may;
+  fs::remove_all(folder / "probe", unreadable);
   const absl::StatusOr<std::string> sealed = TakeSealed(session->server, *pickup_id);
   if (!sealed.ok()) return sealed.status();
   const absl::StatusOr<identity::Credentials> credentials = identity::Unseal(code, *sealed);
   if (!credentials.ok()) return credentials.status();
-  if (absl::Status status = identity::WriteCredentials(out, *credentials); !status.ok()) return status;
-  return PrintFolder(*session, "took the certificate of", out);
+  if (absl::Status status = identity::WriteCredentials(folder, *credentials); !status.ok()) return status;
+  return PrintFolder(*session, "took the certificate of", folder);
 }
 
 absl::Status FetchRenewal(Session* session) {

@@ -17,8 +17,8 @@ namespace sixpoint::cli {
 // Seals them, has the plant keep them for so long, and prints the code, which is known nowhere else.
 absl::Status OfferCredentials(Session* session, const identity::Identity& whose,
                               const identity::Credentials& credentials, int valid_hours);
-// On the machine that they are for: the code is used up by it. `out` holds no identity.pem yet.
-absl::Status TakeCredentials(Session* session, const std::string& code, const std::filesystem::path& out);
+// On the machine that they are for: the code is used up by it. `folder` holds no identity.pem yet.
+absl::Status TakeCredentials(Session* session, const std::string& code, const std::filesystem::path& folder);
 
 // Has the plant keep a certificate for the holder of its key.
 absl::Status OfferRenewal(Session* session, const std::string& certificate_pem);

@@ -80,6 +80,43 @@ absl::StatusOr<Response> CallAtLength(Session* session, const std::string& doing
   return response;
 }
 
+// Every message of a download, with a line on stderr as CallAtLength has it. A call that broke off begins anew: `begin` forgets what
+// came before. `take` says of each message whether it is right.
+template <typename Service, typename Request, typename Message, typename Begin, typename Take>
+absl::Status FetchEach(Session* session, const std::string& doing, const std::string& area,
+                       std::unique_ptr<grpc::ClientReader<Message>> (Service::Stub::*method)(grpc::ClientContext*,
+                                                                                             const Request&),
+                       const Request& request, const Begin& begin, const Take& take) {
+  const Elapsed elapsed(doing, session->json);
+  return session->Retrying(area, [&](const auto& channel, auto context) {
+    begin();
+    const auto stub = Service::NewStub(channel);
+    const auto reader = (stub.get()->*method)(context.get(), request);
+    absl::Status good;
+    for (Message one; good.ok() && reader->Read(&one);) good = take(one);
+    if (!good.ok()) context->TryCancel();
+    const absl::Status finished = runtime::FromGrpc(reader->Finish());
+    return good.ok() ? finished : good;
+  });
+}
+
+// What `text_of` makes of each of them, below `head`.
+template <typename Service, typename Request, typename Message, typename Text>
+absl::StatusOr<std::string> FetchContent(
+    Session* session, const std::string& doing, const std::string& area,
+    std::unique_ptr<grpc::ClientReader<Message>> (Service::Stub::*method)(grpc::ClientContext*, const Request&),
+    const Request& request, const std::string& head, const Text& text_of) {
+  std::string text;
+  const auto begin = [&] { text = head; };
+  const auto take = [&](const Message& one) {
+    text += text_of(one);
+    return absl::OkStatus();
+  };
+  absl::Status fetched = FetchEach<Service>(session, doing, area, method, request, begin, take);
+  if (!fetched.ok()) return fetched;
+  return text;
+}
+
 // One call, its answer printed: by `text` (of the response) where it is for people. `doing`: of a call that takes its time.
 template <typename Service, typename Request, typename Response>
 absl::StatusOr<Response> CallAndPrint(Session* session, const std::string& area,
@@ -116,7 +153,7 @@ absl::Status ListAndPrint(Session* session, const std::string& area,
                           const google::protobuf::RepeatedPtrField<Entry>& (Response::*entries)() const, const Row& row,
                           const std::string& none = "") {
   ListOutput out(session->json, std::move(table));
-  const auto wants_more = [&] { return limit == 0 || out.count() < limit; };
+  const auto wants_more = [&] { return WantsMore(limit, out.count()); };
   Response response;
   do {
     request.set_page_token(response.next_page_token());

@@ -6,7 +6,6 @@
 #include "cli/deviation_document.h"
 #include "cli/download_command.h"
 #include "cli/number_format.h"
-#include "cli/out_file.h"
 #include "cli/reports.h"
 #include "metrology/cloud/deviation_cloud.h"
 #include "sixpoint/inspection/v1/deviation.grpc.pb.h"
@@ -128,18 +127,13 @@ std::string CsvOf(const inspection::v1::DeviationPatches& patches) {
   return csv;
 }
 
-absl::Status WriteDeviationPatches(Session* session, const std::string& name, const std::string& out) {
+absl::StatusOr<std::string> FetchDeviationPatches(Session* session, const std::string& name, const std::string&) {
   inspection::v1::DownloadDeviationPatchesRequest request;
   request.set_name(name);
-  std::string csv = "x_mm,y_mm,z_mm,normal_x,normal_y,normal_z,area_mm2,point_count,mean_um,expanded_uncertainty_um\n";
-  const std::size_t head = csv.size();
-  absl::Status status = session->Retrying("inspection", [&](const auto& channel, auto context) {
-    csv.resize(head);
-    const auto reader = DeviationService::NewStub(channel)->DownloadDeviationPatches(context.get(), request);
-    for (inspection::v1::DeviationPatches some; reader->Read(&some);) csv += CsvOf(some);
-    return runtime::FromGrpc(reader->Finish());
-  });
-  return status.ok() ? WriteOut(out, csv) : status;
+  return FetchContent<DeviationService>(
+      session, "downloading " + name, "inspection", &DeviationService::Stub::DownloadDeviationPatches, request,
+      "x_mm,y_mm,z_mm,normal_x,normal_y,normal_z,area_mm2,point_count,mean_um,expanded_uncertainty_um\n",
+      [](const inspection::v1::DeviationPatches& some) { return CsvOf(some); });
 }
 
 // With the deviation as a scalar beside each point, as viewers of clouds show it in colours.
@@ -166,29 +160,24 @@ std::string CsvOf(const metrology::DeviationPoints& points) {
   return csv;
 }
 
-absl::Status WriteCloud(Session* session, const std::string& name, const std::string& out) {
+absl::StatusOr<std::string> FetchDeviationCloud(Session* session, const std::string& name, const std::string& out) {
   inspection::v1::DownloadDeviationCloudRequest request;
   request.set_name(name);
   metrology::DeviationPoints points;
-  absl::Status status = session->Retrying("inspection", [&](const auto& channel, auto context) {
-    points = {};
-    const auto reader = DeviationService::NewStub(channel)->DownloadDeviationCloud(context.get(), request);
-    absl::Status decoded_all;
-    for (inspection::v1::DeviationCloudBlock block; decoded_all.ok() && reader->Read(&block);) {
-      const auto decoded = metrology::DecodeDeviations(block.draco(), block.point_count());
-      decoded_all = decoded.status();
-      if (!decoded.ok()) continue;
-      points.in_part_mm.insert(points.in_part_mm.end(), decoded->in_part_mm.begin(), decoded->in_part_mm.end());
-      points.deviations_mm.insert(points.deviations_mm.end(), decoded->deviations_mm.begin(),
-                                  decoded->deviations_mm.end());
-    }
-    if (!decoded_all.ok()) context->TryCancel();
-    const absl::Status finished = runtime::FromGrpc(reader->Finish());
-    return decoded_all.ok() ? finished : decoded_all;
-  });
-  if (!status.ok()) return status;
+  const auto take = [&](const inspection::v1::DeviationCloudBlock& block) {
+    const auto decoded = metrology::DecodeDeviations(block.draco(), block.point_count());
+    if (!decoded.ok()) return decoded.status();
+    points.in_part_mm.insert(points.in_part_mm.end(), decoded->in_part_mm.begin(), decoded->in_part_mm.end());
+    points.deviations_mm.insert(points.deviations_mm.end(), decoded->deviations_mm.begin(),
+                                decoded->deviations_mm.end());
+    return absl::OkStatus();
+  };
+  absl::Status fetched = FetchEach<DeviationService>(
+      session, "downloading " + name, "inspection", &DeviationService::Stub::DownloadDeviationCloud, request,
+      [&] { points = {}; }, take);
+  if (!fetched.ok()) return fetched;
   if (points.in_part_mm.empty()) return absl::NotFoundError(name + ": no cloud was kept with it");
-  return WriteOut(out, std::filesystem::path(out).extension() == ".ply" ? PlyOf(points) : CsvOf(points));
+  return std::filesystem::path(out).extension() == ".ply" ? PlyOf(points) : CsvOf(points);
 }
 
 }  // namespace
@@ -223,11 +212,11 @@ void AddDeviationCommands(Command* app, Session* session) {
         .status();
   });
   AddDownloadCommand(deviation, session, {"patches", "Writes a map's patches, seen or not", "CSV file"},
-                     "The deviation map", "deviations", WriteDeviationPatches);
+                     "The deviation map", "deviations", FetchDeviationPatches);
   AddDownloadCommand(
       deviation, session,
       {"points", "Writes a map's points with their deviations", ".ply, with the deviation as a scalar, or else CSV"},
-      "The deviation map", "deviations", WriteCloud);
+      "The deviation map", "deviations", FetchDeviationCloud);
 }
 
 }  // namespace sixpoint::cli

@@ -9,7 +9,8 @@ namespace sixpoint::cli {
 
 void AddDownloadCommand(Command* noun, Session* session, const Download& download, const std::string& what,
                         const std::string& collection,
-                        absl::Status (*write)(Session*, const std::string& name, const std::string& out)) {
+                        absl::StatusOr<std::string> (*fetch)(Session*, const std::string& name,
+                                                             const std::string& out)) {
   struct Arguments {
     std::string id, out;
   };
@@ -17,9 +18,10 @@ void AddDownloadCommand(Command* noun, Session* session, const Download& downloa
   Command* command = noun->AddCommand(download.name, download.help);
   command->AddOption("ID", &arguments->id, what)->Required();
   AddOutOption(command, &arguments->out, download.file)->Required();
-  session->OnCommand(command, [session, arguments, collection, write]() -> absl::Status {
+  session->OnCommand(command, [session, arguments, collection, fetch]() -> absl::Status {
     if (absl::Status good = CheckOut(*session, arguments->out); !good.ok()) return good;
-    return write(session, NameText(collection, arguments->id), arguments->out);
+    const auto content = fetch(session, NameText(collection, arguments->id), arguments->out);
+    return content.ok() ? WriteOut(arguments->out, *content) : content.status();
   });
 }
 

@@ -118,7 +118,7 @@ void AddEventsCommand(Command* app, Session* session) {
       "--after", &arguments->after,
       "Only past this number: that of the last event that was read. Without it all, or with --follow "
       "what comes from now on");
-  command->AddOption("--kinds", &arguments->kinds, "Only these: scan,inspection,release,...")->List();
+  AddKindsOption(command, &arguments->kinds);
   command->AddOption("--verdicts", &arguments->verdicts, "Only with one of these: NOT_CONFORM,UNDECIDABLE,...")->List();
   command->AddOption("--machine", &arguments->machine, "Only of this machine");
   command->AddOption("--blade", &arguments->blade, "Only of this blade: its serial number");

@@ -50,23 +50,19 @@ absl::StatusOr<inspection::v1::ExportResultsRequest> RequestOf(const ExportArgum
   return request;
 }
 
-// By their names, whole. A call that broke off begins anew.
-absl::StatusOr<std::map<std::string, std::string>> Fetch(Session* session,
-                                                         const inspection::v1::ExportResultsRequest& request) {
+// By their names, whole.
+absl::StatusOr<std::map<std::string, std::string>> FetchFiles(Session* session,
+                                                              const inspection::v1::ExportResultsRequest& request) {
   std::map<std::string, std::string> files;
-  const absl::Status status = session->Retrying("inspection", [&](const auto& channel, auto context) {
-    files.clear();
-    const auto reader = ExportService::NewStub(channel)->ExportResults(context.get(), request);
-    absl::Status good;
-    for (inspection::v1::ExportResultsResponse piece; good.ok() && reader->Read(&piece);) {
-      good = CheckFile(piece.file());
-      if (good.ok()) files[piece.file()] += piece.content();
-    }
-    if (!good.ok()) context->TryCancel();
-    const absl::Status finished = runtime::FromGrpc(reader->Finish());
-    return good.ok() ? finished : good;
-  });
-  if (!status.ok()) return status;
+  const auto take = [&](const inspection::v1::ExportResultsResponse& piece) {
+    absl::Status good = CheckFile(piece.file());
+    if (good.ok()) files[piece.file()] += piece.content();
+    return good;
+  };
+  absl::Status fetched = FetchEach<ExportService>(
+      session, "exporting results", "inspection", &ExportService::Stub::ExportResults, request, [&] { files.clear(); },
+      take);
+  if (!fetched.ok()) return fetched;
   return files;
 }
 
@@ -75,7 +71,7 @@ absl::Status Export(Session* session, const ExportArguments& arguments) {
   if (!request.ok()) return request.status();
   if (!std::filesystem::is_directory(arguments.folder))
     return runtime::Refuse("--folder", arguments.folder, "a folder that is there");
-  const auto files = Fetch(session, *request);
+  const auto files = FetchFiles(session, *request);
   if (!files.ok()) return files.status();
   nlohmann::json written = nlohmann::json::array();
   Table table({"file", ">bytes"});

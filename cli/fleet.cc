@@ -132,6 +132,7 @@ std::string ActivityText(const plant::v1::MachineActivity& activity) {
 
 struct FleetArguments {
   std::string machine, since, until;
+  int limit = 0;
 };
 
 void AddSpanOptions(Command* command, FleetArguments* arguments) {
@@ -168,11 +169,12 @@ void AddFleetCommands(Command* app, Session* session) {
   const auto of_list = std::make_shared<FleetArguments>();
   Command* list = fleet->AddCommand("list", "All machines, a line each");
   AddSpanOptions(list, of_list.get());
+  AddLimitOption(list, &of_list->limit);
   session->OnCommand(list, [session, of_list]() -> absl::Status {
     plant::v1::ListMachineStatesRequest request;
     if (absl::Status set = SetSpan(*of_list, &request); !set.ok()) return set;
     return ListAndPrint<FleetService>(
-        session, "plant", &FleetService::Stub::ListMachineStates, request, 0,
+        session, "plant", &FleetService::Stub::ListMachineStates, request, of_list->limit,
         Table({"machine", "last contact", ">scans", ">begun", ">judged", ">in work", ">way p50 / p95", ">yield",
                ">undecidable", "calibrated until", ">uploads", "alarms"}),
         &plant::v1::ListMachineStatesResponse::machines, FleetCells, "no machine is registered\n");

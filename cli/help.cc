@@ -56,10 +56,11 @@ constexpr Example kExamples[] = {
      "sixpoint seed --data /srv/bench --full --machines 200 --seed 2 --json"},
     {"certs init", "sixpoint certs init --authority /srv/authority --plant works-2"},
     {"certs issue",
-     "sixpoint certs issue users/jane --role engineer --role quality --out jane\n"
-     "sixpoint certs issue machines/sarix-1 --out sarix-1 --valid-days 397\n"
-     "sixpoint certs issue services/plant --host plant.example --host 10.1.2.3 --out plant"},
-    {"certs list", "sixpoint certs list --all"},
+     "sixpoint certs issue users/jane --role engineer --role quality --folder jane\n"
+     "sixpoint certs issue machines/sarix-1 --folder sarix-1 --valid-days 397\n"
+     "sixpoint certs issue services/plant --host plant.example --host 10.1.2.3 --folder plant"},
+    {"certs take", "sixpoint --server plant.example:7400 certs take --code CODE --folder sarix-2"},
+    {"certs list", "sixpoint certs list --all --limit 10"},
     {"accounts create",
      "sixpoint accounts create jane --role engineer --role quality\n"
      "pass plant/jane | sixpoint accounts create jane --role engineer --password-file -"},
@@ -209,7 +210,7 @@ constexpr Example kExamples[] = {
      "sixpoint inspection dispose ID --as concession --reason \"wall 0.4 mm, stress computed\" --reference C-2026-118\n"
      "sixpoint inspection dispose ID --as scrap --reason \"hole through the wall\""},
     {"fleet list",
-     "sixpoint fleet list\n"
+     "sixpoint fleet list --limit 10\n"
      "sixpoint fleet list --since 2026-11-01"},
     {"fleet show", "sixpoint fleet show sarix-1"},
     {"fleet hours", "sixpoint fleet hours sarix-1 --since 2026-11-21T06:00:00Z --until 2026-11-21T14:00:00Z"},

@@ -23,7 +23,7 @@ absl::StatusOr<fs::path> IdentityFolder(const std::string& identity, const std::
   }
   return absl::FailedPreconditionError(
       "no certificate to show to the plant, want one that you may read in " + looked +
-      " (on the plant's computer: `sixpoint certs issue users/NAME --role engineer --out DIR`)");
+      " (on the plant's computer: `sixpoint certs issue users/NAME --role engineer --folder DIR`)");
 }
 
 }  // namespace sixpoint::cli

@@ -247,29 +247,27 @@ absl::Status Prove(Session* session, const std::string& serial, const std::strin
   plant::v1::GetBladeProofRequest request;
   request.set_name(NameText("blades", serial));
   ordered_json proof;
-  const absl::Status told = session->Retrying(
-      "plant",
-      [&](const std::shared_ptr<grpc::Channel>& channel, std::unique_ptr<grpc::ClientContext> context) -> absl::Status {
-        proof = ordered_json();
-        ledger::Head head;
-        const auto stub = LedgerService::NewStub(channel);
-        const auto reader = stub->GetBladeProof(context.get(), request);
-        plant::v1::ProvenEntry entry;
-        while (reader->Read(&entry)) {
-          if (entry.has_head()) {
-            head = HeadOf(entry.head());
-            proof["format"] = "sixpoint-ledger-proof-1";
-            proof["blade"] = request.name();
-            proof["head"] = ordered_json::parse(JsonLineOf(head));
-            proof["public_key"] = entry.head().public_key();
-            proof["unsealed_count"] = entry.unsealed_count();
-            proof["entries"] = ordered_json::array();
-          }
-          if (absl::Status proven = CheckEntry(entry, head); !proven.ok()) return proven;
-          proof["entries"].push_back(EntryJson(entry));
-        }
-        return runtime::FromGrpc(reader->Finish());
-      });
+  ledger::Head head;
+  const auto take = [&](const plant::v1::ProvenEntry& entry) -> absl::Status {
+    if (entry.has_head()) {
+      head = HeadOf(entry.head());
+      proof["format"] = "sixpoint-ledger-proof-1";
+      proof["blade"] = request.name();
+      proof["head"] = ordered_json::parse(JsonLineOf(head));
+      proof["public_key"] = entry.head().public_key();
+      proof["unsealed_count"] = entry.unsealed_count();
+      proof["entries"] = ordered_json::array();
+    }
+    if (absl::Status proven = CheckEntry(entry, head); !proven.ok()) return proven;
+    proof["entries"].push_back(EntryJson(entry));
+    return absl::OkStatus();
+  };
+  const auto begin = [&] {
+    proof = ordered_json();
+    head = ledger::Head();
+  };
+  const absl::Status told = FetchEach<LedgerService>(session, "proving " + request.name(), "plant",
+                                                     &LedgerService::Stub::GetBladeProof, request, begin, take);
   if (!told.ok()) return told;
   if (absl::Status written = WriteOut(out, proof.dump(1) + "\n"); !written.ok()) return written;
   if (session->json)

@@ -55,6 +55,21 @@ void AddLimitOption(Command* list, int* limit) {
   list->AddOption("--limit", limit, "At most so many; without it, all")->Positive();
 }
 
+const std::vector<std::string>& RecordKinds() {
+  static const auto* const kinds = new std::vector<std::string>{
+      "artefact",        "assessment",     "assignment",  "blade",   "calibration", "correction",     "cut",
+      "deletion",        "deviation",      "disposition", "drawing", "fetch",       "inspection",     "machine",
+      "machining_model", "machining_pass", "measurement", "part",    "policy",      "reconstruction", "refusal",
+      "registration",    "release",        "repair",      "scan",    "section",     "study",          "withdrawal"};
+  return *kinds;
+}
+
+void AddKindsOption(Command* list, std::vector<std::string>* kinds) {
+  std::string help = "Only these, with a comma between two:";
+  for (const std::string& kind : RecordKinds()) help += " " + kind;
+  list->AddOption("--kinds", kinds, help)->List();
+}
+
 absl::StatusOr<list::v1::TimeRange> TimeRangeOf(const std::string& since, const std::string& until) {
   list::v1::TimeRange range;
   if (!since.empty()) {

@@ -16,6 +16,12 @@ namespace sixpoint::cli {
 
 // `--limit N`, which every list has.
 void AddLimitOption(Command* list, int* limit);
+// Whether a list that has so many goes on; limit 0: to its end.
+inline bool WantsMore(int limit, int count) { return limit == 0 || count < limit; }
+
+// `--kinds K,...` of what reads the journal. Its help has the kinds that this release records; which there are, the plant says.
+void AddKindsOption(Command* list, std::vector<std::string>* kinds);
+const std::vector<std::string>& RecordKinds();
 
 // `--since` and `--until` of it, each empty or a time. INVALID_ARGUMENT names the option.
 absl::StatusOr<list::v1::TimeRange> TimeRangeOf(const std::string& since, const std::string& until);

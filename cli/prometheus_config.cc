@@ -16,7 +16,7 @@ std::string PrometheusConfig(const LocalPlant& plant) {
   const std::string own = (LocalIdentityIn(plant.data) / identity::kIdentityFile).string();
   std::string text =
       "# Written by `sixpoint up`, each time. Another user's Prometheus needs a certificate of its own:\n"
-      "#   sixpoint certs issue users/prometheus --role mes-reader --out DIR\n"
+      "#   sixpoint certs issue users/prometheus --role mes-reader --folder DIR\n"
       "global:\n  scrape_interval: 15s\n  evaluation_interval: 15s\n";
   if (!plant.alerts.empty()) text += "rule_files:\n  - " + YamlText(plant.alerts.string()) + "\n";
   text += "scrape_configs:\n  - job_name: sixpoint\n    scheme: https\n    tls_config:\n      ca_file: " +

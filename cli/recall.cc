@@ -45,7 +45,7 @@ void AddRecallCommand(Command* app, Session* session) {
   recall->AddOption("NAME", &arguments->name,
                     "As another command printed it: calibrations/ID, scans/ID, parts/ID@3, ...; or sensors/SERIAL, "
                     "probes/SERIAL, software/VERSION; none: of everything since or until");
-  recall->AddOption("--kinds", &arguments->kinds, "Only these: registration,correction,...")->List();
+  AddKindsOption(recall, &arguments->kinds);
   recall->AddOption("--since", &arguments->since, "Only what was recorded then or later, and what was made from that");
   recall->AddOption("--until", &arguments->until, "Only what was recorded before, and what was made from that");
   AddLimitOption(recall, &arguments->limit);

@@ -176,7 +176,7 @@ std::string CsvOf(const correction::v1::BlankPatches& patches, const Reconstruct
   return csv;
 }
 
-absl::Status WriteBlankPatches(Session* session, const std::string& name, const std::string& out) {
+absl::StatusOr<std::string> FetchBlankPatches(Session* session, const std::string& name, const std::string&) {
   correction::v1::GetReconstructionRequest get;
   get.set_name(name);
   Reconstruction made;
@@ -185,28 +185,18 @@ absl::Status WriteBlankPatches(Session* session, const std::string& name, const 
   if (!status.ok()) return status;
   correction::v1::DownloadBlankPatchesRequest request;
   request.set_name(name);
-  std::string csv = "x_mm,y_mm,z_mm,normal_x,normal_y,normal_z,expanded_uncertainty_um,stock_um,region\n";
-  const std::size_t head = csv.size();
-  status = session->Retrying("correction", [&](const auto& channel, auto context) {
-    csv.resize(head);
-    const auto reader = ReconstructionService::NewStub(channel)->DownloadBlankPatches(context.get(), request);
-    for (correction::v1::BlankPatches some; reader->Read(&some);) csv += CsvOf(some, made);
-    return runtime::FromGrpc(reader->Finish());
-  });
-  return status.ok() ? WriteOut(out, csv) : status;
+  return FetchContent<ReconstructionService>(
+      session, "downloading " + name, "correction", &ReconstructionService::Stub::DownloadBlankPatches, request,
+      "x_mm,y_mm,z_mm,normal_x,normal_y,normal_z,expanded_uncertainty_um,stock_um,region\n",
+      [&](const correction::v1::BlankPatches& some) { return CsvOf(some, made); });
 }
 
-absl::Status WriteLattice(Session* session, const std::string& name, const std::string& out) {
+absl::StatusOr<std::string> FetchLattice(Session* session, const std::string& name, const std::string&) {
   correction::v1::DownloadLatticeRequest request;
   request.set_name(name);
-  std::string bytes;
-  const absl::Status status = session->Retrying("correction", [&](const auto& channel, auto context) {
-    bytes.clear();
-    const auto reader = ReconstructionService::NewStub(channel)->DownloadLattice(context.get(), request);
-    for (correction::v1::LatticePiece piece; reader->Read(&piece);) bytes += piece.lattice();
-    return runtime::FromGrpc(reader->Finish());
-  });
-  return status.ok() ? WriteOut(out, bytes) : status;
+  return FetchContent<ReconstructionService>(session, "downloading " + name, "correction",
+                                             &ReconstructionService::Stub::DownloadLattice, request, "",
+                                             [](const correction::v1::LatticePiece& piece) { return piece.lattice(); });
 }
 
 }  // namespace
@@ -239,10 +229,10 @@ void AddReconstructionCommands(Command* app, Session* session) {
         .status();
   });
   AddDownloadCommand(reconstruction, session, {"patches", "Writes the blank's patches with their stock", "CSV file"},
-                     "The reconstruction", "reconstructions", WriteBlankPatches);
+                     "The reconstruction", "reconstructions", FetchBlankPatches);
   AddDownloadCommand(reconstruction, session,
                      {"lattice", "Writes the deformation (docs/methods/reconstruction.md)", "Binary file"},
-                     "The reconstruction", "reconstructions", WriteLattice);
+                     "The reconstruction", "reconstructions", FetchLattice);
 }
 
 }  // namespace sixpoint::cli

@@ -5,7 +5,6 @@
 #include "cli/download_command.h"
 #include "cli/list_filters.h"
 #include "cli/number_format.h"
-#include "cli/out_file.h"
 #include "cli/reports.h"
 #include "sixpoint/correction/v1/repair.grpc.pb.h"
 
@@ -123,22 +122,28 @@ void AddPlanRepairCommand(Command* repair, Session* session) {
   });
 }
 
-// A file of what a download's messages give.
-template <typename Request, typename Message, typename Download, typename Csv>
-absl::Status WriteMessages(Session* session, const std::string& name, const std::string& out, const char* head,
-                           Download download, const Csv& csv_of) {
+// The rows of a download's messages, which are counted from 0.
+template <typename Request, typename Message, typename Csv>
+absl::StatusOr<std::string> FetchRows(
+    Session* session, const std::string& name, const char* head,
+    std::unique_ptr<grpc::ClientReader<Message>> (RepairService::Stub::*method)(grpc::ClientContext*, const Request&),
+    const Csv& csv_of) {
   Request request;
   request.set_name(name);
   std::string csv;
-  const absl::Status status = session->Retrying("correction", [&](const auto& channel, auto context) {
+  int index = 0;
+  const auto begin = [&] {
     csv = head;
-    const auto stub = RepairService::NewStub(channel);
-    const auto reader = (stub.get()->*download)(context.get(), request);
-    int index = 0;
-    for (Message one; reader->Read(&one); ++index) csv += csv_of(one, index);
-    return runtime::FromGrpc(reader->Finish());
-  });
-  return status.ok() ? WriteOut(out, csv) : status;
+    index = 0;
+  };
+  const auto take = [&](const Message& one) {
+    csv += csv_of(one, index++);
+    return absl::OkStatus();
+  };
+  absl::Status fetched =
+      FetchEach<RepairService>(session, "downloading " + name, "correction", method, request, begin, take);
+  if (!fetched.ok()) return fetched;
+  return csv;
 }
 
 std::string Three(const google::protobuf::RepeatedField<double>& numbers, int place) {
@@ -147,31 +152,30 @@ std::string Three(const google::protobuf::RepeatedField<double>& numbers, int pl
   return cells;
 }
 
-absl::Status WriteContours(Session* session, const std::string& name, const std::string& out) {
-  return WriteMessages<correction::v1::DownloadTargetContoursRequest, correction::v1::TargetContour>(
-      session, name, out, "contour,x_mm,y_mm,z_mm,expanded_uncertainty_um,rest_um\n",
-      &RepairService::Stub::DownloadTargetContours, [](const correction::v1::TargetContour& contour, int index) {
-        std::string rows;
-        for (int i = 0; i < contour.rest_um_size(); ++i)
-          rows += std::to_string(index) + "," + Three(contour.points_in_part_mm(), i) +
-                  ShortestNumber(contour.expanded_uncertainties_um(i)) + "," + ShortestNumber(contour.rest_um(i)) +
-                  "\n";
-        return rows;
-      });
+absl::StatusOr<std::string> FetchContours(Session* session, const std::string& name, const std::string&) {
+  return FetchRows(session, name, "contour,x_mm,y_mm,z_mm,expanded_uncertainty_um,rest_um\n",
+                   &RepairService::Stub::DownloadTargetContours,
+                   [](const correction::v1::TargetContour& contour, int index) {
+                     std::string rows;
+                     for (int i = 0; i < contour.rest_um_size(); ++i)
+                       rows += std::to_string(index) + "," + Three(contour.points_in_part_mm(), i) +
+                               ShortestNumber(contour.expanded_uncertainties_um(i)) + "," +
+                               ShortestNumber(contour.rest_um(i)) + "\n";
+                     return rows;
+                   });
 }
 
-absl::Status WriteLaps(Session* session, const std::string& name, const std::string& out) {
-  return WriteMessages<correction::v1::DownloadRepairPathRequest, correction::v1::RepairLap>(
-      session, name, out, "lap,allowance_mm,x_mm,y_mm,z_mm,axis_x,axis_y,axis_z\n",
-      &RepairService::Stub::DownloadRepairPath, [](const correction::v1::RepairLap& lap, int index) {
-        std::string rows;
-        for (int i = 0; i < lap.centres_in_part_mm_size() / 3; ++i) {
-          rows += std::to_string(index) + "," + ShortestNumber(lap.allowance_mm()) + "," +
-                  Three(lap.centres_in_part_mm(), i) + Three(lap.axes_in_part(), i);
-          rows.back() = '\n';
-        }
-        return rows;
-      });
+absl::StatusOr<std::string> FetchLaps(Session* session, const std::string& name, const std::string&) {
+  return FetchRows(session, name, "lap,allowance_mm,x_mm,y_mm,z_mm,axis_x,axis_y,axis_z\n",
+                   &RepairService::Stub::DownloadRepairPath, [](const correction::v1::RepairLap& lap, int index) {
+                     std::string rows;
+                     for (int i = 0; i < lap.centres_in_part_mm_size() / 3; ++i) {
+                       rows += std::to_string(index) + "," + ShortestNumber(lap.allowance_mm()) + "," +
+                               Three(lap.centres_in_part_mm(), i) + Three(lap.axes_in_part(), i);
+                       rows.back() = '\n';
+                     }
+                     return rows;
+                   });
 }
 
 }  // namespace
@@ -203,9 +207,9 @@ void AddRepairCommands(Command* app, Session* session) {
   });
   AddDownloadCommand(repair, session,
                      {"contours", "Writes the target with its uncertainty and what is left", "CSV file"}, "The repair",
-                     "repairs", WriteContours);
+                     "repairs", FetchContours);
   AddDownloadCommand(repair, session, {"path", "Writes the mill's way around the target", "CSV file"}, "The repair",
-                     "repairs", WriteLaps);
+                     "repairs", FetchLaps);
 }
 
 }  // namespace sixpoint::cli

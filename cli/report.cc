@@ -30,23 +30,21 @@ absl::StatusOr<ReportFormat> FormatOf(const ReportArguments& arguments, bool may
       may_be_data ? "html, pdf or json, or --out FILE that ends so" : "html or pdf, or --out FILE that ends so");
 }
 
-// Whole, then written. A call that broke off begins anew.
-template <typename Response, typename Begin>
-absl::Status FetchAndWrite(Session* session, const std::string& out, const Begin& begin) {
-  std::string content;
-  const Elapsed elapsed("writing the report", session->json);
-  const absl::Status fetched = session->Retrying("inspection", [&](const auto& channel, auto context) {
-    content.clear();
-    const auto reader = begin(*ReportService::NewStub(channel), context.get());
-    for (Response piece; reader->Read(&piece);) content += piece.content();
-    return runtime::FromGrpc(reader->Finish());
-  });
-  if (!fetched.ok()) return fetched;
-  if (absl::Status written = WriteOut(out, content); !written.ok()) return written;
+// Whole, then written.
+template <typename Request, typename Response>
+absl::Status FetchAndWrite(
+    Session* session, const std::string& out,
+    std::unique_ptr<grpc::ClientReader<Response>> (ReportService::Stub::*method)(grpc::ClientContext*, const Request&),
+    const Request& request) {
+  const absl::StatusOr<std::string> content =
+      FetchContent<ReportService>(session, "writing the report", "inspection", method, request, "",
+                                  [](const Response& piece) { return piece.content(); });
+  if (!content.ok()) return content.status();
+  if (absl::Status written = WriteOut(out, *content); !written.ok()) return written;
   if (session->json)
-    PrintJson(nlohmann::json{{"file", out}, {"bytes", content.size()}});
+    PrintJson(nlohmann::json{{"file", out}, {"bytes", content->size()}});
   else
-    BesideOut(out) << OutText(out) << ": " << Grouped(static_cast<std::int64_t>(content.size())) << " bytes\n";
+    BesideOut(out) << OutText(out) << ": " << Grouped(static_cast<std::int64_t>(content->size())) << " bytes\n";
   return absl::OkStatus();
 }
 
@@ -57,9 +55,7 @@ absl::Status WriteReport(Session* session, const ReportArguments& arguments) {
   inspection::v1::WriteReportRequest request;
   for (const std::string& result : arguments.results) request.add_results(result);
   request.set_format(*format);
-  return FetchAndWrite<inspection::v1::WriteReportResponse>(
-      session, arguments.out,
-      [&](ReportService::Stub& stub, grpc::ClientContext* context) { return stub.WriteReport(context, request); });
+  return FetchAndWrite(session, arguments.out, &ReportService::Stub::WriteReport, request);
 }
 
 absl::Status WriteFirstArticle(Session* session, const ReportArguments& arguments) {
@@ -74,10 +70,7 @@ absl::Status WriteFirstArticle(Session* session, const ReportArguments& argument
     if (!fields.ok()) return fields.status();
     *request.mutable_fields() = *std::move(fields);
   }
-  return FetchAndWrite<inspection::v1::WriteFirstArticleResponse>(
-      session, arguments.out, [&](ReportService::Stub& stub, grpc::ClientContext* context) {
-        return stub.WriteFirstArticle(context, request);
-      });
+  return FetchAndWrite(session, arguments.out, &ReportService::Stub::WriteFirstArticle, request);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "cli/commands.h"
+#include "cli/download_command.h"
 #include "cli/number_format.h"
 #include "cli/out_file.h"
 #include "cli/reports.h"
@@ -118,28 +119,13 @@ std::string CsvOf(const inspection::v1::SectionOutline& outline) {
   return csv;
 }
 
-void AddOutlinesCommand(Command* section, Session* session) {
-  struct Arguments {
-    std::string id, out;
-  };
-  const auto arguments = std::make_shared<Arguments>();
-  Command* outlines = section->AddCommand("outlines", "Writes a measurement's outlines, the CAD's and the measured");
-  outlines->AddOption("ID", &arguments->id, "The section measurement")->Required();
-  AddOutOption(outlines, &arguments->out, "CSV file")->Required();
-  session->OnCommand(outlines, [session, arguments]() -> absl::Status {
-    if (absl::Status good = CheckOut(*session, arguments->out); !good.ok()) return good;
-    inspection::v1::DownloadSectionOutlinesRequest request;
-    request.set_name(NameText("sections", arguments->id));
-    const std::string head = "section,outline,place,x_mm,y_mm,deviation_um,before\n";
-    std::string csv;
-    absl::Status status = session->Retrying("inspection", [&](const auto& channel, auto context) {
-      csv = head;
-      const auto reader = SectionService::NewStub(channel)->DownloadSectionOutlines(context.get(), request);
-      for (inspection::v1::SectionOutline one; reader->Read(&one);) csv += CsvOf(one);
-      return runtime::FromGrpc(reader->Finish());
-    });
-    return status.ok() ? WriteOut(arguments->out, csv) : status;
-  });
+absl::StatusOr<std::string> FetchOutlines(Session* session, const std::string& name, const std::string&) {
+  inspection::v1::DownloadSectionOutlinesRequest request;
+  request.set_name(name);
+  return FetchContent<SectionService>(session, "downloading " + name, "inspection",
+                                      &SectionService::Stub::DownloadSectionOutlines, request,
+                                      "section,outline,place,x_mm,y_mm,deviation_um,before\n",
+                                      [](const inspection::v1::SectionOutline& one) { return CsvOf(one); });
 }
 
 }  // namespace
@@ -170,7 +156,9 @@ void AddSectionCommands(Command* app, Session* session) {
                                         MeasurementText)
         .status();
   });
-  AddOutlinesCommand(section, session);
+  AddDownloadCommand(section, session,
+                     {"outlines", "Writes a measurement's outlines, the CAD's and the measured", "CSV file"},
+                     "The section measurement", "sections", FetchOutlines);
 }
 
 }  // namespace sixpoint::cli

@@ -1,5 +1,6 @@
 // `sixpoint values`: just the values of inspections, as a table, CSV or JSON.
 #include <iostream>
+#include <utility>
 
 #include "cli/commands.h"
 #include "cli/number_format.h"
@@ -127,21 +128,9 @@ void AddValuesCommand(Command* app, Session* session) {
     if (arguments->csv) return runtime::Refuse("--limit", std::to_string(arguments->limit), "none with --csv");
     Table table({"blade", "characteristic", "unit", ">value", ">nominal", ">lower_limit", ">upper_limit", ">u95",
                  "verdict", "positioned_by", "recorded", "machine", "part", "inspection"});
-    ListOutput out(session->json, std::move(table));
-    ListValuesRequest page = *request;
-    ListValuesResponse response;
-    do {
-      page.set_page_token(response.next_page_token());
-      if (absl::Status s = session->Call<ValueService>("inspection", &ValueService::Stub::ListValues, page, &response);
-          !s.ok())
-        return s;
-      for (const Value& value : response.values()) {
-        if (arguments->limit > 0 && out.count() == arguments->limit) break;
-        out.Add(value, [&] { return CellsOf(value, Significant); });
-      }
-    } while (!response.next_page_token().empty() && (arguments->limit == 0 || out.count() < arguments->limit));
-    out.Print("no values\n");
-    return absl::OkStatus();
+    return ListAndPrint<ValueService>(
+        session, "inspection", &ValueService::Stub::ListValues, *request, arguments->limit, std::move(table),
+        &ListValuesResponse::values, [](const Value& value) { return CellsOf(value, Significant); }, "no values\n");
   });
 }
 

@@ -52,7 +52,7 @@ void AddAddCommand(Command* webhook, Session* session) {
   Command* const add = webhook->AddCommand("add", "Sends events to an address from now on, and shows the secret once");
   add->AddOption("NAME", &arguments->name, "What it is to be called")->Required();
   add->AddOption("URL", &arguments->url, "https://... or http://...")->Required();
-  add->AddOption("--kinds", &arguments->kinds, "Only these: scan,inspection,release,...")->List();
+  AddKindsOption(add, &arguments->kinds);
   add->AddOption("--verdicts", &arguments->verdicts, "Only with one of these: NOT_CONFORM,UNDECIDABLE,...")->List();
   add->AddOption("--machine", &arguments->machine, "Only of this machine");
   add->AddOption("--blade", &arguments->blade, "Only of this blade: its serial number");

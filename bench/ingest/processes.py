@@ -81,7 +81,7 @@ class Certificates:
     def issue(self, name, *options):
         out = f'{self.folder}/{name}'
         os.makedirs(os.path.dirname(out), exist_ok=True)
-        self.certs('issue', name, '--out', out, *options)
+        self.certs('issue', name, '--folder', out, *options)
         return out
 
     def certs(self, *words):

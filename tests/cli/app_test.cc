@@ -77,6 +77,33 @@ TEST_F(AppTest, GivesExamplesThatAreRight) {
   EXPECT_GT(count, 40);
 }
 
+// One word means one thing, whatever the command.
+TEST_F(AppTest, EveryListHasALimitAndEveryOutIsAFile) {
+  int lists = 0, outs = 0;
+  const std::function<void(CLI::App*)> check = [&](CLI::App* command) {
+    if (command->get_name() == "list") {
+      ++lists;
+      EXPECT_NE(command->get_option_no_throw("--limit"), nullptr) << command->get_parent()->get_name();
+    }
+    if (const CLI::Option* out = command->get_option_no_throw("--out"); out != nullptr) {
+      ++outs;
+      EXPECT_THAT(out->get_description(), HasSubstr("; - is standard output")) << command->get_name();
+    }
+    for (CLI::App* below : command->get_subcommands([](const CLI::App*) { return true; })) check(below);
+  };
+  check(&app_);
+  EXPECT_GT(lists, 20);
+  EXPECT_GT(outs, 10);
+}
+
+TEST_F(AppTest, NamesTheKindsOfTheRecord) {
+  for (const CLI::App* command : {app_.get_subcommand("recall"), app_.get_subcommand("events"),
+                                  app_.get_subcommand("webhook")->get_subcommand("add")})
+    EXPECT_THAT(command->get_option("--kinds")->get_description(),
+                AllOf(HasSubstr(" inspection "), HasSubstr(" machining_pass "), HasSubstr(" registration ")))
+        << command->get_name();
+}
+
 TEST_F(AppTest, CompletesCommandsAndOptions) {
   EXPECT_EQ(Completed("sixpoint regist"), (std::set<std::string>{"register", "registration"}));
   EXPECT_EQ(Completed("sixpoint certs re"), (std::set<std::string>{"renew", "revoke"}));

@@ -37,7 +37,7 @@ TEST(CalibrateAxis, ANoiselessRunShowsItsSmallUncertainties) {
   made.set_kind(calibration::v1::CALIBRATION_KIND_AXIS);
   made.set_state(calibration::v1::CALIBRATION_STATE_SUPERSEDED);
   made.set_superseded_by("calibrations/y");
-  *made.mutable_axis() = calibration::ToProto(row).axis();
+  *made.mutable_axis() = calibration::ToProto(row).value().axis();
   const std::string text = CalibrationText(made);
   for (const char* part : {"calibrations/x: axis A of", "superseded by calibrations/y",
                            "306 readings, 216 of them beyond", "reversal error                               0.015000",

@@ -34,7 +34,7 @@ TEST(CalibrateProbe, TheExampleCalibratesAndReadsAsATable) {
   const auto result = calibration::Calibrate(*request, inputs);
   ASSERT_TRUE(result.ok()) << result.status();
   const calibration::v1::ProbeCalibration probe =
-      calibration::ToProto(calibration::RowOf(*request, inputs, *result)).probe();
+      calibration::ToProto(calibration::RowOf(*request, inputs, *result)).value().probe();
   EXPECT_NEAR(probe.scale(), 1.0007, 4 * probe.scale_standard_uncertainty());
   EXPECT_NEAR(probe.offset_mm().z_mm(), -150.27, 4 * std::sqrt(probe.covariance().values(35)));
   EXPECT_EQ(probe.noise_factor(), 1);

@@ -39,7 +39,7 @@ class CertsTest : public ::testing::Test {
     return RunCommand("certs " + words + " --authority " + authority() + " --data " + At("plant"));
   }
   Ended Issue(const std::string& words, const std::string& out) const {
-    return Run("issue " + words + " --json --out " + At(out));
+    return Run("issue " + words + " --json --folder " + At(out));
   }
   std::string Pem(const std::string& name) const {
     return ReadFile((folder_ / name / identity::kIdentityFile).string(), 65536).value_or("");
@@ -81,6 +81,20 @@ TEST_F(CertsTest, GivesMachinesAndServicesTheirOwnRole) {
   EXPECT_EQ(gateway["roles"], nlohmann::json{"gateway"});
 }
 
+TEST_F(CertsTest, ListsTheNewestUpToALimit) {
+  for (const char* name : {"ann", "bob", "joe"})
+    ASSERT_EQ(Issue("users/" + std::string(name) + " --role quality", name).exit_code, kDone);
+  ASSERT_EQ(Run("revoke users/joe").exit_code, kDone);
+  // What is not shown does not count.
+  const nlohmann::json two = Listed(" --limit 2"), one = Listed(" --limit 1"), all = Listed();
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(two, all);
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_EQ(one[0], all[0]);
+  EXPECT_EQ(Listed(" --all --limit 1")[0]["state"], "revoked");
+  EXPECT_THAT(Run("list --limit 0").err, HasSubstr("--limit"));
+}
+
 TEST_F(CertsTest, RefusesWhatIsNobody) {
   for (const auto& [words, sentence] :
        {std::pair("jane --role engineer", "jane, want machines/NAME, users/NAME or services/NAME"),
@@ -95,7 +109,7 @@ TEST_F(CertsTest, RefusesWhatIsNobody) {
         std::pair("services/gateway --role admin", "want none of services"),
         std::pair("services/kitchen --host plant.example",
                   "services/kitchen, want services/ and one of plant, ingest")}) {
-    const Ended refused = Run("issue " + std::string(words) + " --out " + At("nobody"));
+    const Ended refused = Run("issue " + std::string(words) + " --folder " + At("nobody"));
     EXPECT_EQ(refused.exit_code, kFailed) << words;
     EXPECT_THAT(refused.err, HasSubstr(sentence)) << words;
     EXPECT_FALSE(fs::exists(At("nobody"))) << words;
@@ -105,7 +119,7 @@ TEST_F(CertsTest, RefusesWhatIsNobody) {
 
 TEST_F(CertsTest, HoldsNoLongerThanAnAuthorityGives) {
   for (const char* days : {"0", "398", "-1", "x"})
-    EXPECT_THAT(Run("issue users/jane --role admin --out x --valid-days " + std::string(days)).err,
+    EXPECT_THAT(Run("issue users/jane --role admin --folder x --valid-days " + std::string(days)).err,
                 HasSubstr("--valid-days"))
         << days;
   EXPECT_EQ(Issue("users/jane --role admin --valid-days 1", "jane").exit_code, kDone);
@@ -118,24 +132,24 @@ TEST_F(CertsTest, RenewsWhatIsThereAndTakesNobodyElses) {
   const std::string second = Pem("jane");
   EXPECT_NE(second, first);
 
-  EXPECT_THAT(Run("issue users/joe --role engineer --out " + At("jane")).err,
-              HasSubstr("--out: " + At("jane") + " (of users/jane), want a folder without identity.pem"));
-  EXPECT_THAT(Run("issue machines/jane --out " + At("jane")).err, HasSubstr("(of users/jane)"));
+  EXPECT_THAT(Run("issue users/joe --role engineer --folder " + At("jane")).err,
+              HasSubstr("--folder: " + At("jane") + " (of users/jane), want a folder without identity.pem"));
+  EXPECT_THAT(Run("issue machines/jane --folder " + At("jane")).err, HasSubstr("(of users/jane)"));
   ASSERT_EQ(RunCommand("certs init --authority " + At("other")).exit_code, kDone);
   EXPECT_THAT(
-      RunCommand("certs issue users/jane --role quality --out " + At("jane") + " --authority " + At("other")).err,
+      RunCommand("certs issue users/jane --role quality --folder " + At("jane") + " --authority " + At("other")).err,
       HasSubstr("(of another plant)"));
   EXPECT_EQ(Pem("jane"), second);
 
   fs::create_directory(At("broken"));
   std::ofstream(At("broken/identity.pem")) << "letters\n";
-  EXPECT_EQ(Run("issue users/jane --role quality --out " + At("broken")).exit_code, kFailed);
+  EXPECT_EQ(Run("issue users/jane --role quality --folder " + At("broken")).exit_code, kFailed);
   EXPECT_EQ(Pem("broken"), "letters\n");
 }
 
 TEST_F(CertsTest, WantsAnAuthority) {
   const std::string nowhere = " --authority " + At("nowhere");
-  for (const char* words : {"issue users/jane --role admin --out x", "list", "revoke users/jane"}) {
+  for (const char* words : {"issue users/jane --role admin --folder x", "list", "revoke users/jane"}) {
     const Ended refused = RunCommand("certs " + std::string(words) + nowhere);
     EXPECT_EQ(refused.exit_code, kFailed) << words;
     EXPECT_THAT(refused.err, AllOf(HasSubstr("authority: none in " + At("nowhere")), HasSubstr("next: start a plant")));

@@ -9,9 +9,11 @@
 
 #include "cli/app.h"
 #include "cli/document.h"
+#include "services/runtime/errors.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
 #include "sixpoint/ingest/v1/store.grpc.pb.h"
+#include "sixpoint/plant/v1/fleet.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
 #include "sixpoint/plant/v1/record.grpc.pb.h"
 #include "sixpoint/registration/v1/registration.grpc.pb.h"
@@ -145,12 +147,26 @@ struct FakeCorrections final : correction::v1::CorrectionService::Service {
   }
 };
 
+struct FleetOfFive final : plant::v1::FleetService::Service {
+  std::vector<int> page_sizes;
+  grpc::Status ListMachineStates(grpc::ServerContext*, const plant::v1::ListMachineStatesRequest* in,
+                                 plant::v1::ListMachineStatesResponse* out) override {
+    page_sizes.push_back(in->page_size());
+    for (int i = 0; i < (in->page_size() == 0 ? 5 : std::min(5, in->page_size())); ++i)
+      out->add_machines()->set_machine("machines/m" + std::to_string(i));
+    return grpc::Status::OK;
+  }
+};
+
 struct FakeRecord final : plant::v1::RecordService::Service {
   std::vector<plant::v1::RecallRequest> asked;
   grpc::Status Recall(grpc::ServerContext*, const plant::v1::RecallRequest* in,
                       plant::v1::RecallResponse* out) override {
     asked.push_back(*in);
     if (in->name() == "calibrations/unused") return grpc::Status::OK;
+    for (const std::string& kind : in->kinds())
+      if (kind == "registrations")
+        return runtime::ToGrpc(runtime::Refuse("kinds[0]", kind, "one of inspection, registration"));
     auto* entry = out->add_entries();
     entry->set_kind("registration");
     entry->set_name("registrations/r1");
@@ -161,7 +177,7 @@ struct FakeRecord final : plant::v1::RecordService::Service {
 
 class CommandsTest : public ::testing::Test {
  protected:
-  CommandsTest() : server_({&plant_, &store_, &scans_, &registrations_, &corrections_, &record_}) {
+  CommandsTest() : server_({&plant_, &store_, &scans_, &registrations_, &corrections_, &record_, &fleet_}) {
     plant_.address = server_.address();
     folder_ = std::filesystem::path(::testing::TempDir()) / "sixpoint_commands_test";
     std::filesystem::create_directories(folder_);
@@ -182,6 +198,7 @@ class CommandsTest : public ::testing::Test {
   FakeRegistrations registrations_;
   FakeCorrections corrections_;
   FakeRecord record_;
+  FleetOfFive fleet_;
   testing::InProcessServer server_;
   std::filesystem::path folder_;
 };
@@ -192,6 +209,9 @@ TEST_F(CommandsTest, ListsAllOrNoMoreThanTheLimit) {
   EXPECT_EQ(Run("blade list --json --limit 6").json().size(), 6u);
   EXPECT_THAT(plant_.page_sizes, ElementsAre(6, 2));  // no more is asked for than is shown
   EXPECT_THAT(Run("blade list --limit 2").out, AllOf(HasSubstr("SN-1"), Not(HasSubstr("SN-2"))));
+  EXPECT_EQ(Run("fleet list --json").json().size(), 5u);
+  EXPECT_THAT(Run("fleet list --limit 2").out, AllOf(HasSubstr("m1"), Not(HasSubstr("m2"))));
+  EXPECT_THAT(fleet_.page_sizes, ElementsAre(0, 2));
 }
 
 TEST_F(CommandsTest, TakesAScanByItsIdOrItsName) {
@@ -265,6 +285,11 @@ TEST_F(CommandsTest, RecallsWhatRestsOnAThing) {
   EXPECT_EQ(record_.asked.back().name(), "");
   EXPECT_TRUE(record_.asked.back().recorded().has_from());
   EXPECT_THAT(Run("recall").err, HasSubstr("want a name with its collection"));
+  // A kind that the plant does not know: not the same as nothing that rests on it.
+  const Ended unknown = Run("recall calibrations/c1 --kinds registrations");
+  EXPECT_EQ(unknown.exit_code, kFailed);
+  EXPECT_EQ(unknown.out, "");
+  EXPECT_THAT(unknown.err, HasSubstr("kinds[0]: registrations, want one of inspection, registration\nnext: correct"));
 }
 
 TEST_F(CommandsTest, CallsAnyMethod) {

@@ -48,7 +48,7 @@ TEST_F(IdentityFolderTest, IsTheOneGivenThenThePlantsThenTheUsersOwn) {
   EXPECT_THAT(
       std::string(none.message()),
       AllOf(HasSubstr("in " + data() + "/certificates/local or " + folder_.string() + "/config/sixpoint/identity"),
-            HasSubstr("`sixpoint certs issue users/NAME --role engineer --out DIR`")));
+            HasSubstr("`sixpoint certs issue users/NAME --role engineer --folder DIR`")));
 
   const fs::path own = Put(folder_ / "config" / "sixpoint" / "identity");
   EXPECT_EQ(*IdentityFolder("", data()), own);

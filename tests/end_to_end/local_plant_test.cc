@@ -76,7 +76,7 @@ class LocalPlantTest : public PlantOnThisMachine {
   // A folder of credentials, of `sixpoint certs issue` with these words.
   std::string Issue(const std::string& who, const std::vector<std::string>& more) {
     const std::string out = (folder_ / fs::path(who).filename()).string();
-    std::vector<std::string> words = {"certs", "issue", who, "--out", out, "--data", data()};
+    std::vector<std::string> words = {"certs", "issue", who, "--folder", out, "--data", data()};
     words.insert(words.end(), more.begin(), more.end());
     const Answer issued = Run(words);
     EXPECT_EQ(issued.exit_code, 0) << issued.text;
@@ -239,7 +239,7 @@ TEST_F(LocalPlantTest, AFirstCertificateComesByACodeThatIsGoodOnce) {
   ASSERT_TRUE(offered.is_object());
   const std::string code = offered["code"], out = (folder_ / "m1").string();
   const auto take = [&](const std::string& said, const std::string& folder) {
-    return Run({"certs", "take", "--server", At("127.0.0.1"), "--code", said, "--out", folder});
+    return Run({"certs", "take", "--server", At("127.0.0.1"), "--code", said, "--folder", folder});
   };
   EXPECT_THAT(take("ABCD", out).text, HasSubstr("--code"));
   const Answer taken = take(code, out);
@@ -248,7 +248,7 @@ TEST_F(LocalPlantTest, AFirstCertificateComesByACodeThatIsGoodOnce) {
   EXPECT_EQ(RunAs(out, {"part", "list", "--json"}).text, "[]\n");
   EXPECT_THAT(RunAs(out, {"machine", "list"}).text, HasSubstr("ROLE_MISSING"));
   EXPECT_THAT(RunAs(out, {"certs", "fetch"}).text, HasSubstr("RENEWAL_NOT_OFFERED"));
-  EXPECT_THAT(take(code, out).text, HasSubstr("--out: " + out));
+  EXPECT_THAT(take(code, out).text, HasSubstr("--folder: " + out));
   const Answer again = take(code, out + "-again");
   EXPECT_EQ(again.exit_code, 1);
   EXPECT_THAT(again.text, HasSubstr("CODE_NOT_VALID"));

@@ -157,9 +157,10 @@ TEST_F(ObservingTest, NothingSecretIsWritten) {
   std::string wrong = code;
   wrong[2] = wrong[2] == 'A' ? 'B' : 'A';
   for (const std::string& tried : {wrong, code})
-    EXPECT_EQ(Run({"certs", "take", "--code", tried, "--out", (folder_ / "m9").string(), "--server", At("127.0.0.1")})
-                      .exit_code == 0,
-              tried == code);
+    EXPECT_EQ(
+        Run({"certs", "take", "--code", tried, "--folder", (folder_ / "m9").string(), "--server", At("127.0.0.1")})
+                .exit_code == 0,
+        tried == code);
   const std::string key = "-----BEGIN PRIVATE KEY-----\\nMIGHAgEAMBsecretkeyMHcCAQ\\n-----END PRIVATE KEY-----";
   for (const char* rpc : {"PlantService/GetMachine", "ScanService/GetScan"})
     EXPECT_NE(

@@ -94,7 +94,7 @@ export class RealPlant {
       const roles = name === 'jane' ? ['--role', 'engineer', '--role', 'quality'] : ['--role', 'mes-reader'];
       await run(join(kBin, 'sixpoint'), ['--data', this.data, '--server', this.server, 'accounts', 'create', name, ...roles, '--password-file', '-'], { env: { SIXPOINT_IDENTITY: this.identity() }, input: `${password}\n` });
     }
-    await this.sixpoint('certs', 'issue', kMachine, '--out', join(this.folder, 'sim-1'));
+    await this.sixpoint('certs', 'issue', kMachine, '--folder', join(this.folder, 'sim-1'));
     const registrations = await this.asked<{ name: string; blade: string; clamping: string; method: string; sensor_calibration: string }[]>('registration', 'list');
     const registration = registrations.find((one) => one.clamping !== '' && one.method === 'METHOD_SIX_POINT')!;
     const [cut] = await this.asked<{ name: string }[]>('correction', 'list', '--machine', kMachine);
