@@ -206,8 +206,7 @@ absl::Status CheckStudyScan(const ingest::v1::Scan& scan, const ingest::v1::Scan
   if (header.subject() != wanted.subject())
     return Refuse("scans", scan.name() + " of " + header.subject(), "scans of " + wanted.subject());
   if (header.a_deg() != wanted.a_deg() || header.b_deg() != wanted.b_deg())
-    return Refuse("scans",
-                  scan.name() + " at A " + std::to_string(header.a_deg()) + ", B " + std::to_string(header.b_deg()),
+    return Refuse("scans", scan.name() + " at A " + NumberText(header.a_deg()) + ", B " + NumberText(header.b_deg()),
                   "A and B as in " + first.name());
   return clients::CheckProfiles("scans", scan);
 }

@@ -4,10 +4,11 @@
 #include <condition_variable>
 #include <list>
 #include <mutex>
-#include <new>
 #include <set>
 #include <utility>
 #include <vector>
+
+#include "services/runtime/memory_guard.h"
 
 namespace sixpoint::clients {
 namespace {
@@ -20,11 +21,7 @@ constexpr std::chrono::milliseconds kBetweenQuestions{20};
 
 // Memory may end while a surface is made: those who wait for it must hear of it.
 SurfaceCache::SurfaceOr Prepared(const std::function<SurfaceCache::SurfaceOr()>& prepare) {
-  try {
-    return prepare();
-  } catch (const std::bad_alloc&) {
-    return absl::ResourceExhaustedError("surface: no memory left to prepare it, want fewer calls at once; try again");
-  }
+  return runtime::WithinMemory("surface: no memory left to prepare it", prepare);
 }
 
 }  // namespace

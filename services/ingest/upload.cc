@@ -7,6 +7,7 @@
 
 #include "metrology/cloud/draco_codec.h"
 #include "metrology/cloud/range_image.h"
+#include "refusal/message_text.h"
 #include "services/clients/stations.h"
 #include "services/ingest/metrics.h"
 #include "services/ingest/raw_profiles.h"
@@ -358,7 +359,7 @@ storage::RecordEntry ScanUpload::JournalEntry(const storage::ScanRow& scan) cons
   entry.measured_at = scan.measured_at;
   entry.summary_json = "{\"kind\": \"" + scan.kind + "\", \"point_count\": " + std::to_string(scan.point_count) +
                        ", \"stored_bytes\": " + std::to_string(scan.stored_bytes) +
-                       ", \"proven_error_um\": " + std::to_string(scan.proven_error_um) + "}";
+                       ", \"proven_error_um\": " + NumberText(scan.proven_error_um) + "}";
   return entry;
 }
 

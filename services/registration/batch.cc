@@ -14,6 +14,7 @@
 #include "services/runtime/call.h"
 #include "services/runtime/call_scope.h"
 #include "services/runtime/errors.h"
+#include "services/runtime/memory_guard.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/retry.h"
 #include "storage/requests.h"
@@ -169,8 +170,12 @@ class Run {
     limits.deadline = caller.deadline;
     runtime::Retry retry("batch", limits);
     const v1::RegisterRequest request = RequestAt(batch_, index);
-    absl::StatusOr<v1::Registration> registration = register_one_(request, caller);
-    while (KeepGoing() && retry.TryAgain(registration.status(), nullptr)) registration = register_one_(request, caller);
+    const auto register_it = [&] {
+      return runtime::WithinMemory("registration: no memory left for it",
+                                   [&] { return register_one_(request, caller); });
+    };
+    absl::StatusOr<v1::Registration> registration = register_it();
+    while (KeepGoing() && retry.TryAgain(registration.status(), nullptr)) registration = register_it();
     if (registration.ok()) {
       *finished->mutable_registration() = *std::move(registration);
       return true;

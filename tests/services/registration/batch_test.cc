@@ -7,6 +7,7 @@
 #include <atomic>
 #include <map>
 #include <mutex>
+#include <new>
 #include <set>
 #include <thread>
 
@@ -84,6 +85,18 @@ TEST_F(BatchTest, ARefusalEndsNothingButItsOwn) {
                                     Pair(2, "FAILED_PRECONDITION CALIBRATION_EXPIRED"), Pair(3, "blades/sn3"),
                                     Pair(4, "blades/sn4")));
   EXPECT_THAT(counts_, ElementsAre(1, 2, 3, 4, 5));
+}
+
+// On a thread of ours, where nobody else would catch it.
+TEST_F(BatchTest, MemoryThatEndsIsOneBladesAnswer) {
+  const absl::Status status =
+      Run(BatchOf(3), [](const v1::RegisterRequest& request, const Caller&) -> absl::StatusOr<v1::Registration> {
+        if (request.blade() == "blades/sn1") throw std::bad_alloc();
+        return Answer(request);
+      });
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_THAT(results_,
+              ElementsAre(Pair(0, "blades/sn0"), Pair(1, HasSubstr("RESOURCE_EXHAUSTED")), Pair(2, "blades/sn2")));
 }
 
 TEST_F(BatchTest, SkipsWhatTheCallerHas) {
