@@ -1,6 +1,9 @@
 #include "storage/credentials.h"
 
+#include <utility>
+
 #include "storage/each_row.h"
+#include "storage/one_read.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -23,6 +26,37 @@ constexpr char kFindRenewals[] =
     "SELECT serial, identity, certificate_pem, not_after, offered_by FROM certificate_renewals "
     "WHERE public_key_sha256 = $1 ORDER BY not_after DESC, serial LIMIT 10";
 constexpr std::int64_t kMostOffers = 1000;
+
+class PostgresCredentials final : public CredentialStore {
+ public:
+  explicit PostgresCredentials(Database* database) : database_(database) {}
+
+  absl::StatusOr<std::vector<CertificateRenewal>> FindRenewals(const std::string& public_key_sha256,
+                                                               Deadline deadline) const override {
+    return OneRead(*database_, deadline, [&](Transaction& t) { return storage::FindRenewals(t, public_key_sha256); });
+  }
+  absl::StatusOr<Instant> KeepOffer(const CredentialOffer& offer, const StillWanted& still_wanted,
+                                    Deadline deadline) override {
+    return OneWrite(*database_, deadline, still_wanted, [&](Transaction& t) { return storage::KeepOffer(t, offer); });
+  }
+  absl::StatusOr<std::optional<CredentialOffer>> TakeOffer(const std::string& pickup_sha256,
+                                                           const StillWanted& still_wanted,
+                                                           Deadline deadline) override {
+    return OneWrite(*database_, deadline, still_wanted,
+                    [&](Transaction& t) { return storage::TakeOffer(t, pickup_sha256); });
+  }
+  absl::Status KeepRenewal(const CertificateRenewal& renewal, const StillWanted& still_wanted,
+                           Deadline deadline) override {
+    const auto keep = [&](Transaction& t) -> absl::StatusOr<bool> {
+      if (absl::Status status = storage::KeepRenewal(t, renewal); !status.ok()) return status;
+      return true;
+    };
+    return OneWrite(*database_, deadline, still_wanted, keep).status();
+  }
+
+ private:
+  Database* const database_;
+};
 
 }  // namespace
 
@@ -65,6 +99,10 @@ absl::StatusOr<std::vector<CertificateRenewal>> FindRenewals(Transaction& transa
                    return {public_key_sha256, rows.Text(row, 0), rows.Text(row, 1),
                            rows.Text(row, 2), rows.Time(row, 3), rows.Text(row, 4)};
                  });
+}
+
+std::shared_ptr<CredentialStore> CredentialsIn(Database* database) {
+  return std::make_shared<PostgresCredentials>(database);
 }
 
 }  // namespace sixpoint::storage

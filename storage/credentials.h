@@ -3,11 +3,13 @@
 
 #include <absl/status/statusor.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "storage/database.h"
+#include "storage/one_write.h"
 
 namespace sixpoint::storage {
 
@@ -31,5 +33,30 @@ absl::Status KeepRenewal(Transaction& transaction, const CertificateRenewal& ren
 // The ten that last longest, the longest first.
 absl::StatusOr<std::vector<CertificateRenewal>> FindRenewals(Transaction& transaction,
                                                              const std::string& public_key_sha256);
+
+// Credentials apart from where they wait, as the functions of these names, each all or nothing. PostgreSQL's and the tests' fake pass
+// the same suite (tests/storage/credential_store_test.cc). Thread-safe. No call holds a connection after it returned.
+class CredentialReader {
+ public:
+  virtual ~CredentialReader() = default;
+  virtual absl::StatusOr<std::vector<CertificateRenewal>> FindRenewals(const std::string& public_key_sha256,
+                                                                       Deadline deadline) const = 0;
+};
+
+class CredentialStore : public CredentialReader {
+ public:
+  virtual absl::StatusOr<Instant> KeepOffer(const CredentialOffer& offer, const StillWanted& still_wanted,
+                                            Deadline deadline) = 0;
+  // Of several at once one gets it; one that is wanted no more stays there.
+  virtual absl::StatusOr<std::optional<CredentialOffer>> TakeOffer(const std::string& pickup_sha256,
+                                                                   const StillWanted& still_wanted,
+                                                                   Deadline deadline) = 0;
+  // The same certificate again changes nothing.
+  virtual absl::Status KeepRenewal(const CertificateRenewal& renewal, const StillWanted& still_wanted,
+                                   Deadline deadline) = 0;
+};
+
+// In PostgreSQL; the database lives longer.
+std::shared_ptr<CredentialStore> CredentialsIn(Database* database);
 
 }  // namespace sixpoint::storage

@@ -1,5 +1,9 @@
 #include "storage/persons.h"
 
+#include <utility>
+
+#include "storage/one_read.h"
+
 namespace sixpoint::storage {
 namespace {
 
@@ -7,6 +11,38 @@ constexpr char kSelectPersons[] =
     "SELECT pseudonym, user_name, first_seen_at, forgotten_at FROM persons WHERE pseudonym > $1 "
     "AND ($2 = '' OR user_name = $2) AND ($3 = '' OR pseudonym = $3) ORDER BY pseudonym LIMIT $4";
 constexpr char kForgetPerson[] = "SELECT forget_person($1)";
+
+absl::StatusOr<std::optional<ForgottenPerson>> ForgetWhom(Transaction& transaction, const PersonFilter& whom) {
+  if (whom.user_name.empty() && whom.pseudonym.empty()) return std::nullopt;
+  const absl::StatusOr<std::vector<PersonRow>> known = ListPersons(transaction, whom, "", 1);
+  if (!known.ok()) return known.status();
+  if (known->empty()) return std::nullopt;
+  const PersonRow& person = known->front();
+  if (!person.user_name) return ForgottenPerson{person, false};
+  if (absl::Status status = ForgetPerson(transaction, *person.user_name); !status.ok()) return status;
+  const absl::StatusOr<std::vector<PersonRow>> forgotten = ListPersons(transaction, {"", person.pseudonym}, "", 1);
+  if (!forgotten.ok()) return forgotten.status();
+  if (forgotten->empty()) return absl::DataLossError("persons/" + person.pseudonym + " is gone");
+  return ForgottenPerson{forgotten->front(), true};
+}
+
+class PostgresPersons final : public PersonStore {
+ public:
+  explicit PostgresPersons(Database* database) : database_(database) {}
+
+  absl::StatusOr<std::vector<PersonRow>> List(const PersonFilter& filter, const std::string& after_pseudonym, int limit,
+                                              Deadline deadline) const override {
+    return OneRead(*database_, deadline,
+                   [&](Transaction& t) { return ListPersons(t, filter, after_pseudonym, limit); });
+  }
+  absl::StatusOr<std::optional<ForgottenPerson>> Forget(const PersonFilter& whom, const StillWanted& still_wanted,
+                                                        Deadline deadline) override {
+    return OneWrite(*database_, deadline, still_wanted, [&](Transaction& t) { return ForgetWhom(t, whom); });
+  }
+
+ private:
+  Database* const database_;
+};
 
 }  // namespace
 
@@ -30,5 +66,7 @@ absl::StatusOr<std::vector<PersonRow>> ListPersons(Transaction& transaction, con
 absl::Status ForgetPerson(Transaction& transaction, const std::string& user_name) {
   return transaction.Execute(kForgetPerson, Params().Text(user_name)).status();
 }
+
+std::shared_ptr<PersonStore> PersonsIn(Database* database) { return std::make_shared<PostgresPersons>(database); }
 
 }  // namespace sixpoint::storage

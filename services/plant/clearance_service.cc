@@ -5,15 +5,13 @@
 #include <vector>
 
 #include "identity/identity.h"
-#include "services/plant/in_transaction.h"
+#include "services/plant/still_wanted.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
-#include "storage/clearances.h"
-#include "storage/one_read.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -67,9 +65,7 @@ grpc::Status ClearanceService::GrantClearance(grpc::ServerContext* context, cons
                                               v1::Clearance* response) {
   const absl::StatusOr<storage::ClearanceOrder> order = OrderOf(*request, *context);
   if (!order.ok()) return ToGrpc(order.status());
-  const auto granted = InTransaction(database_, *context, [&](storage::Transaction& transaction) {
-    return storage::GrantClearance(transaction, *order);
-  });
+  const auto granted = clearances_->Grant(*order, StillWantedBy(*context), runtime::DeadlineOf(*context));
   if (granted.ok()) *response = ClearanceOf(*granted);
   return ToGrpc(granted.status());
 }
@@ -78,9 +74,7 @@ grpc::Status ClearanceService::WithdrawClearance(grpc::ServerContext* context,
                                                  const v1::WithdrawClearanceRequest* request, v1::Clearance* response) {
   const absl::StatusOr<storage::ClearanceOrder> order = OrderOf(*request, *context);
   if (!order.ok()) return ToGrpc(order.status());
-  const auto withdrawn = InTransaction(database_, *context, [&](storage::Transaction& transaction) {
-    return storage::WithdrawClearance(transaction, *order);
-  });
+  const auto withdrawn = clearances_->Withdraw(*order, StillWantedBy(*context), runtime::DeadlineOf(*context));
   if (!withdrawn.ok()) return ToGrpc(withdrawn.status());
   if (!withdrawn->has_value())
     return ToGrpc(
@@ -101,9 +95,7 @@ grpc::Status ClearanceService::ListClearances(grpc::ServerContext* context, cons
   const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
   const storage::ClearanceFilter filter{request->holder(), request->scope(), request->withdrawn_too()};
-  const auto rows = storage::OneRead(*database_, runtime::DeadlineOf(*context), [&](storage::Transaction& transaction) {
-    return storage::ListClearances(transaction, filter, page->before_sequence, page->size + 1);
-  });
+  const auto rows = clearances_->List(filter, page->before_sequence, page->size + 1, runtime::DeadlineOf(*context));
   if (!rows.ok()) return ToGrpc(rows.status());
   if (runtime::AddPage(
           *rows, page->size, [](const storage::ClearanceRow& row) { return ClearanceOf(row); },

@@ -3,16 +3,18 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <memory>
+#include <utility>
+
 #include "sixpoint/plant/v1/clearance.grpc.pb.h"
-#include "storage/database.h"
+#include "storage/clearance_store.h"
 
 namespace sixpoint::plant {
 
 // Thread-safe.
 class ClearanceService final : public v1::ClearanceService::Service {
  public:
-  // `database` lives longer.
-  explicit ClearanceService(storage::Database* database) : database_(database) {}
+  explicit ClearanceService(std::shared_ptr<storage::ClearanceStore> clearances) : clearances_(std::move(clearances)) {}
 
   grpc::Status GrantClearance(grpc::ServerContext* context, const v1::GrantClearanceRequest* request,
                               v1::Clearance* response) override;
@@ -22,7 +24,7 @@ class ClearanceService final : public v1::ClearanceService::Service {
                               v1::ListClearancesResponse* response) override;
 
  private:
-  storage::Database* const database_;
+  const std::shared_ptr<storage::ClearanceStore> clearances_;
 };
 
 }  // namespace sixpoint::plant

@@ -1,17 +1,19 @@
 #include "services/plant/credentials_service.h"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "identity/credentials.h"
-#include "services/plant/in_transaction.h"
+#include "services/plant/still_wanted.h"
+#include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
 #include "services/runtime/time_proto.h"
 #include "storage/blobs.h"
-#include "storage/credentials.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -47,8 +49,8 @@ grpc::Status CredentialsService::OfferCredentials(grpc::ServerContext* context,
   if (absl::Status status = CheckOffer(*request); !status.ok()) return ToGrpc(status);
   const storage::CredentialOffer offer{storage::Sha256Hex(request->pickup_id()), request->sealed(), request->identity(),
                                        runtime::RequestedBy(*context), request->valid_hours()};
-  const absl::StatusOr<storage::Instant> ends = InTransaction(
-      database_, *context, [&](storage::Transaction& transaction) { return storage::KeepOffer(transaction, offer); });
+  const absl::StatusOr<storage::Instant> ends =
+      credentials_->KeepOffer(offer, StillWantedBy(*context), runtime::DeadlineOf(*context));
   if (!ends.ok()) return ToGrpc(ends.status());
   runtime::Log(runtime::LogLevel::kInfo, "credentials offered",
                {{"identity", offer.identity}, {"by", offer.offered_by}});
@@ -60,10 +62,8 @@ grpc::Status CredentialsService::TakeCredentials(grpc::ServerContext* context,
                                                  const v1::TakeCredentialsRequest* request,
                                                  v1::TakeCredentialsResponse* response) {
   if (absl::Status status = CheckPickupId(request->pickup_id()); !status.ok()) return ToGrpc(status);
-  absl::StatusOr<std::optional<storage::CredentialOffer>> offer =
-      InTransaction(database_, *context, [&](storage::Transaction& transaction) {
-        return storage::TakeOffer(transaction, storage::Sha256Hex(request->pickup_id()));
-      });
+  absl::StatusOr<std::optional<storage::CredentialOffer>> offer = credentials_->TakeOffer(
+      storage::Sha256Hex(request->pickup_id()), StillWantedBy(*context), runtime::DeadlineOf(*context));
   if (!offer.ok()) return ToGrpc(offer.status());
   if (!offer->has_value())
     return ToGrpc(runtime::Failure(errors::v1::CODE_NOT_VALID,
@@ -84,21 +84,15 @@ grpc::Status CredentialsService::OfferRenewal(grpc::ServerContext* context, cons
   const storage::CertificateRenewal renewal{certificate->public_key_sha256, certificate->serial,
                                             certificate->identity.Text(),   request->certificate_pem(),
                                             certificate->not_after,         runtime::RequestedBy(*context)};
-  const absl::StatusOr<bool> kept =
-      InTransaction(database_, *context, [&](storage::Transaction& transaction) -> absl::StatusOr<bool> {
-        if (absl::Status status = storage::KeepRenewal(transaction, renewal); !status.ok()) return status;
-        return true;
-      });
-  return ToGrpc(kept.status());
+  return ToGrpc(credentials_->KeepRenewal(renewal, StillWantedBy(*context), runtime::DeadlineOf(*context)));
 }
 
 grpc::Status CredentialsService::GetRenewal(grpc::ServerContext* context, const v1::GetRenewalRequest*,
                                             v1::Renewal* response) {
   const auto shown = identity::CertificateOf(runtime::ShownCertificate(*context));
   if (!shown.ok()) return ToGrpc(shown.status());
-  const absl::StatusOr<std::vector<storage::CertificateRenewal>> kept = InTransaction(
-      database_, *context,
-      [&](storage::Transaction& transaction) { return storage::FindRenewals(transaction, shown->public_key_sha256); });
+  const absl::StatusOr<std::vector<storage::CertificateRenewal>> kept =
+      credentials_->FindRenewals(shown->public_key_sha256, runtime::DeadlineOf(*context));
   if (!kept.ok()) return ToGrpc(kept.status());
   const std::string who = shown->identity.Text();
   // One that was taken back since is no help to its holder.

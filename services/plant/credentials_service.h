@@ -4,19 +4,20 @@
 #include <grpcpp/grpcpp.h>
 
 #include <memory>
+#include <utility>
 
 #include "identity/trust.h"
 #include "sixpoint/plant/v1/credentials.grpc.pb.h"
-#include "storage/database.h"
+#include "storage/credentials.h"
 
 namespace sixpoint::plant {
 
 // Thread-safe.
 class CredentialsService final : public v1::CredentialsService::Service {
  public:
-  // `database` lives longer. trust: what a renewal has to stand before it is kept.
-  CredentialsService(storage::Database* database, std::unique_ptr<identity::Trust> trust)
-      : database_(database), trust_(std::move(trust)) {}
+  // trust: what a renewal has to stand before it is kept.
+  CredentialsService(std::shared_ptr<storage::CredentialStore> credentials, std::unique_ptr<identity::Trust> trust)
+      : credentials_(std::move(credentials)), trust_(std::move(trust)) {}
 
   grpc::Status OfferCredentials(grpc::ServerContext* context, const v1::OfferCredentialsRequest* request,
                                 v1::OfferCredentialsResponse* response) override;
@@ -28,7 +29,7 @@ class CredentialsService final : public v1::CredentialsService::Service {
                           v1::Renewal* response) override;
 
  private:
-  storage::Database* const database_;
+  const std::shared_ptr<storage::CredentialStore> credentials_;
   const std::unique_ptr<identity::Trust> trust_;
 };
 

@@ -1,13 +1,13 @@
 // A handler's work on the database in one transaction.
 #pragma once
 
-#include <absl/status/status.h>
 #include <grpcpp/grpcpp.h>
 
 #include <utility>
 
+#include "services/plant/still_wanted.h"
 #include "services/runtime/call.h"
-#include "storage/database.h"
+#include "storage/one_write.h"
 
 namespace sixpoint::plant {
 
@@ -15,14 +15,7 @@ namespace sixpoint::plant {
 template <typename Work>
 auto InTransaction(storage::Database* database, const grpc::ServerContext& context, const Work& work)
     -> decltype(work(std::declval<storage::Transaction&>())) {
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(runtime::DeadlineOf(context));
-  if (!transaction.ok()) return transaction.status();
-  auto done = work(*transaction);
-  if (!done.ok()) return done;
-  // What is given once is not given to who is gone.
-  if (context.IsCancelled()) return absl::CancelledError("the client went away");
-  if (absl::Status committed = transaction->Commit(); !committed.ok()) return committed;
-  return done;
+  return storage::OneWrite(*database, runtime::DeadlineOf(context), StillWantedBy(context), work);
 }
 
 }  // namespace sixpoint::plant

@@ -96,8 +96,8 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   services.push_back({v1::WebhookService::service_full_name(), std::move(sent)});
   WebhookService* const sending = static_cast<WebhookService*>(services.back().service.get());
   services.back().on_stop = [sending] { sending->Stop(); };
-  services.push_back(
-      {v1::CredentialsService::service_full_name(), std::make_unique<CredentialsService>(database, TrustOf(options))});
+  services.push_back({v1::CredentialsService::service_full_name(),
+                      std::make_unique<CredentialsService>(storage::CredentialsIn(database), TrustOf(options))});
   SessionDeskOptions desk;
   desk.identity_file = std::filesystem::path(options.certificates) / identity::kIdentityFile;
   desk.trust = TrustOf(options);
@@ -105,8 +105,10 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   desk.count_refused = options.count_refused_sign_in;
   services.push_back(
       {v1::AccountService::service_full_name(), std::make_unique<AccountService>(database, std::move(desk))});
-  services.push_back({v1::PersonService::service_full_name(), std::make_unique<PersonService>(database)});
-  services.push_back({v1::ClearanceService::service_full_name(), std::make_unique<ClearanceService>(database)});
+  services.push_back(
+      {v1::PersonService::service_full_name(), std::make_unique<PersonService>(storage::PersonsIn(database))});
+  services.push_back({v1::ClearanceService::service_full_name(),
+                      std::make_unique<ClearanceService>(storage::ClearanceStoreIn(database))});
   services.push_back({v1::FleetService::service_full_name(),
                       std::make_unique<FleetService>(storage::FleetIn(database), stores.clearances)});
   services.push_back(

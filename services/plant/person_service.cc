@@ -3,15 +3,13 @@
 #include <string>
 #include <vector>
 
-#include "services/plant/in_transaction.h"
+#include "services/plant/still_wanted.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
-#include "storage/one_read.h"
-#include "storage/persons.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -46,10 +44,7 @@ grpc::Status PersonService::ListPersons(grpc::ServerContext* context, const v1::
   const std::string filters = runtime::FiltersOf(*request);
   const auto page = runtime::IdPageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
-  const auto persons =
-      storage::OneRead(*database_, runtime::DeadlineOf(*context), [&](storage::Transaction& transaction) {
-        return storage::ListPersons(transaction, *filter, page->after_id, page->size + 1);
-      });
+  const auto persons = persons_->List(*filter, page->after_id, page->size + 1, runtime::DeadlineOf(*context));
   if (!persons.ok()) return ToGrpc(persons.status());
   if (runtime::AddPage(*persons, page->size, PersonOf, response->mutable_persons()))
     response->set_next_page_token(
@@ -61,28 +56,16 @@ absl::StatusOr<v1::Person> PersonService::Forget(const grpc::ServerContext& cont
                                                  const v1::ForgetPersonRequest& request) const {
   const absl::StatusOr<storage::PersonFilter> filter = FilterOf("name", request.name());
   if (!filter.ok()) return filter.status();
-  bool is_new = false;
-  const auto forget = [&](storage::Transaction& transaction) -> absl::StatusOr<v1::Person> {
-    const auto known = storage::ListPersons(transaction, *filter, "", 1);
-    if (!known.ok()) return known.status();
-    if (known->empty())
-      return runtime::Failure(errors::v1::PERSON_NOT_FOUND,
-                              "name: " + request.name() + ", want one of whom something is recorded, and who is known",
-                              {{"resource", request.name()}});
-    const storage::PersonRow& person = known->front();
-    if (!person.user_name) return PersonOf(person);
-    if (absl::Status status = storage::ForgetPerson(transaction, *person.user_name); !status.ok()) return status;
-    const auto forgotten = storage::ListPersons(transaction, {"", person.pseudonym}, "", 1);
-    if (!forgotten.ok()) return forgotten.status();
-    if (forgotten->empty()) return absl::DataLossError("persons/" + person.pseudonym + " is gone");
-    is_new = true;
-    return PersonOf(forgotten->front());
-  };
-  absl::StatusOr<v1::Person> forgotten = InTransaction(database_, context, forget);
+  const auto forgotten = persons_->Forget(*filter, StillWantedBy(context), runtime::DeadlineOf(context));
+  if (!forgotten.ok()) return forgotten.status();
+  if (!forgotten->has_value())
+    return runtime::Failure(errors::v1::PERSON_NOT_FOUND,
+                            "name: " + request.name() + ", want one of whom something is recorded, and who is known",
+                            {{"resource", request.name()}});
+  v1::Person person = PersonOf((*forgotten)->person);
   // Not whose it was.
-  if (forgotten.ok() && is_new)
-    runtime::Log(runtime::LogLevel::kInfo, "person forgotten", {{"person", forgotten->name()}});
-  return forgotten;
+  if ((*forgotten)->is_new) runtime::Log(runtime::LogLevel::kInfo, "person forgotten", {{"person", person.name()}});
+  return person;
 }
 
 grpc::Status PersonService::ForgetPerson(grpc::ServerContext* context, const v1::ForgetPersonRequest* request,

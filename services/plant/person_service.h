@@ -4,16 +4,18 @@
 #include <absl/status/statusor.h>
 #include <grpcpp/grpcpp.h>
 
+#include <memory>
+#include <utility>
+
 #include "sixpoint/plant/v1/person.grpc.pb.h"
-#include "storage/database.h"
+#include "storage/persons.h"
 
 namespace sixpoint::plant {
 
 // Thread-safe.
 class PersonService final : public v1::PersonService::Service {
  public:
-  // `database` lives longer.
-  explicit PersonService(storage::Database* database) : database_(database) {}
+  explicit PersonService(std::shared_ptr<storage::PersonStore> persons) : persons_(std::move(persons)) {}
 
   grpc::Status ListPersons(grpc::ServerContext* context, const v1::ListPersonsRequest* request,
                            v1::ListPersonsResponse* response) override;
@@ -23,7 +25,7 @@ class PersonService final : public v1::PersonService::Service {
  private:
   absl::StatusOr<v1::Person> Forget(const grpc::ServerContext& context, const v1::ForgetPersonRequest& request) const;
 
-  storage::Database* const database_;
+  const std::shared_ptr<storage::PersonStore> persons_;
 };
 
 }  // namespace sixpoint::plant

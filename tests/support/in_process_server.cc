@@ -41,7 +41,8 @@ class OrderingOfServers : public grpc::experimental::ServerInterceptorFactoryInt
 }  // namespace
 
 InProcessServer::InProcessServer(const std::vector<grpc::Service*>& services, int port,
-                                 std::chrono::milliseconds write_patience) {
+                                 std::chrono::milliseconds write_patience,
+                                 const std::shared_ptr<grpc::ServerCredentials>& credentials) {
   static std::once_flag of_clients;
   std::call_once(of_clients, [] { grpc::experimental::RegisterGlobalClientInterceptorFactory(new OrderingOfClients); });
   grpc::ServerBuilder builder;
@@ -49,7 +50,7 @@ InProcessServer::InProcessServer(const std::vector<grpc::Service*>& services, in
   of_servers.push_back(std::make_unique<OrderingOfServers>());
   of_servers.push_back(std::make_unique<runtime::WriteWatchFactory>(write_patience));
   builder.experimental().SetInterceptorCreators(std::move(of_servers));
-  builder.AddListeningPort("127.0.0.1:" + std::to_string(port), grpc::InsecureServerCredentials(), &port_);
+  builder.AddListeningPort("127.0.0.1:" + std::to_string(port), credentials, &port_);
   builder.SetMaxReceiveMessageSize(8 << 20);  // as ServerOptions' default
   for (grpc::Service* service : services) builder.RegisterService(service);
   server_ = builder.BuildAndStart();

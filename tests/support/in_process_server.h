@@ -13,13 +13,16 @@ namespace sixpoint::testing {
 
 class InProcessServer {
  public:
-  // The services must live longer. Port 0: any that is free. write_patience: as real services have it (write_watch.h).
-  explicit InProcessServer(const std::vector<grpc::Service*>& services, int port = 0,
-                           std::chrono::milliseconds write_patience = std::chrono::seconds(60));
+  // The services must live longer. Port 0: any that is free. write_patience: as real services have it (write_watch.h). credentials:
+  // others where a handler asks who calls; their clients connect to address() by their own.
+  explicit InProcessServer(
+      const std::vector<grpc::Service*>& services, int port = 0,
+      std::chrono::milliseconds write_patience = std::chrono::seconds(60),
+      const std::shared_ptr<grpc::ServerCredentials>& credentials = grpc::InsecureServerCredentials());
   ~InProcessServer();
   int port() const { return port_; }
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
-  std::shared_ptr<grpc::Channel> Connect() const;
+  std::shared_ptr<grpc::Channel> Connect() const;  // without credentials
 
  private:
   int port_ = 0;
