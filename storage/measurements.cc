@@ -22,9 +22,10 @@ constexpr char kInsertMeasurement[] =
     "INSERT INTO measurements (" SIXPOINT_MEASUREMENT_COLUMNS
     ", import_id, import_index, value_count, measured_count) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, "
     "$12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23, $24)";
-#define SIXPOINT_SELECT_MEASUREMENTS                                                                        \
-  "SELECT " SIXPOINT_MEASUREMENT_COLUMNS                                                                    \
-  ", record_sequence, recorded_at, name_of(requested_by), entry_order, entry_operation FROM measurements m" \
+#define SIXPOINT_SELECT_MEASUREMENTS                                                                   \
+  "SELECT " SIXPOINT_MEASUREMENT_COLUMNS                                                               \
+  ", record_sequence, recorded_at, name_of(requested_by), entry_order, entry_operation, value_count, " \
+  "measured_count FROM measurements m"                                                                 \
   " JOIN recorded r ON r.record_id = m.measurement_id WHERE "
 constexpr char kSelectMeasurement[] = SIXPOINT_SELECT_MEASUREMENTS "measurement_id = $1";
 constexpr char kSelectImport[] = SIXPOINT_SELECT_MEASUREMENTS
@@ -49,11 +50,6 @@ constexpr char kSelectMeasuredValues[] =
     "SELECT measurement_id, characteristic, feature, unit, zone, value, expanded_uncertainty, reason FROM "
     "measurement_values WHERE measurement_id = ANY ($1::uuid[]) ORDER BY measurement_id, position_index";
 
-std::int64_t MeasuredCount(const MeasurementRow& row) {
-  return std::count_if(row.values.begin(), row.values.end(),
-                       [](const MeasuredValueRow& value) { return value.value.has_value(); });
-}
-
 Params MeasurementParams(const MeasurementImport& import, std::size_t index) {
   const MeasurementRow& row = import.measurements[index];
   const MeasuredFileRow& file = row.file;
@@ -65,8 +61,8 @@ Params MeasurementParams(const MeasurementImport& import, std::size_t index) {
   params.OptionalReal(file.lengths_expanded_uncertainty_um).OptionalReal(file.angles_expanded_uncertainty_deg);
   params.OptionalText(file.uncertainty_basis).Texts(row.left_out).Int(row.left_out_count);
   params.Text(import.requested_by).Text(file.software_version).Uuid(import.measurements.front().measurement_id);
-  params.Int(static_cast<std::int64_t>(index)).Int(static_cast<std::int64_t>(row.values.size()));
-  return params.Int(MeasuredCount(row));
+  params.Int(static_cast<std::int64_t>(index)).Int(row.value_count);
+  return params.Int(row.measured_count);
 }
 
 Params MeasuredValuesParams(const MeasurementRow& row) {
@@ -109,6 +105,8 @@ MeasurementRow ReadMeasurement(const Rows& rows, int row) {
   file.requested_by = rows.Text(row, 22);
   measurement.work_order = rows.OptionalText(row, 23);
   measurement.operation = rows.OptionalText(row, 24);
+  measurement.value_count = static_cast<int>(rows.Int(row, 25));
+  measurement.measured_count = static_cast<int>(rows.Int(row, 26));
   return measurement;
 }
 
@@ -176,7 +174,7 @@ RecordEntry EntryOf(const MeasurementRow& row, const RecordEntry& of_file) {
   entry.method = row.file.instrument.kind;
   entry.measured_at = row.measured_at;
   const nlohmann::json summary = {{"values", row.values.size()},
-                                  {"measured", MeasuredCount(row)},
+                                  {"measured", row.measured_count},
                                   {"instrument", row.file.instrument.serial_number},
                                   {"file_sha256", row.file.sha256}};
   entry.summary_json = summary.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -221,6 +219,12 @@ class PostgresImports final : public ResultWriter<MeasurementImport> {
 };
 
 }  // namespace
+
+void CountValues(MeasurementRow* row) {
+  row->value_count = static_cast<int>(row->values.size());
+  row->measured_count = static_cast<int>(std::count_if(
+      row->values.begin(), row->values.end(), [](const MeasuredValueRow& value) { return value.value.has_value(); }));
+}
 
 absl::StatusOr<MeasurementImport> InsertMeasurements(Transaction& transaction, MeasurementImport import,
                                                      const RecordEntry& entry) {

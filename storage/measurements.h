@@ -51,16 +51,20 @@ struct MeasurementRow {
   Instant measured_at;
   MeasuredFileRow file;
   std::vector<MeasuredValueRow> values;  // in the drawing's order
-  std::vector<std::string> left_out;     // names, at most 200
+  // How many there are, and how many have a value (CountValues): known where they are not read, too.
+  int value_count = 0, measured_count = 0;
+  std::vector<std::string> left_out;  // names, at most 200
   int left_out_count = 0;
   Recorded recorded;  // set when it is recorded
   // Read only: what its blade was worked on for.
   std::string work_order, operation;
 };
 
+void CountValues(MeasurementRow* row);
+
 struct MeasurementImport {
   std::string requested_by;                  // of all
-  std::vector<MeasurementRow> measurements;  // of one file; read back without their values
+  std::vector<MeasurementRow> measurements;  // of one file
   Recorded recorded;                         // of the first of them
 };
 

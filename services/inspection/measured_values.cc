@@ -154,6 +154,7 @@ class Blades {
         refusals.Add(Refuse("content", "no value of " + blade.serial, "at least one that the drawing asks for"));
       row.measured_at = measured_at.value_or(std::chrono::system_clock::time_point());
       for (auto& [place, value] : blade.values) row.values.push_back(std::move(value));
+      storage::CountValues(&row);
       row.left_out = std::move(blade.left_out);
       row.left_out_count = blade.left_out_count;
       rows.push_back(std::move(row));

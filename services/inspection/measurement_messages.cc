@@ -139,11 +139,10 @@ absl::StatusOr<v1::Measurement> ToProto(const storage::MeasurementRow& row) {
   measurement.set_format(*format);
   measurement.set_file_sha256(file.sha256);
   SetUncertainty(file, &measurement);
-  for (const storage::MeasuredValueRow& value : row.values) {
+  for (const storage::MeasuredValueRow& value : row.values)
     if (absl::Status status = Fill(value, what, measurement.add_values()); !status.ok()) return status;
-    if (value.value) measurement.set_measured_count(measurement.measured_count() + 1);
-  }
-  measurement.set_value_count(measurement.values_size());
+  measurement.set_value_count(row.value_count);
+  measurement.set_measured_count(row.measured_count);
   for (const std::string& name : row.left_out) measurement.add_left_out(name);
   measurement.set_left_out_count(row.left_out_count);
   measurement.set_requested_by(file.requested_by);

@@ -22,10 +22,10 @@ storage::RecordEntry EntryOfM1(const std::string& name, const std::vector<std::s
 // The name of a new one; the row says what was found.
 std::string PutCalibration(storage::Transaction& transaction, storage::CalibrationRow row);
 
-// What registrations, corrections and inspections have in common.
+// What registrations, corrections and inspections have in common; the rest is the row's.
 template <typename Row>
-Row ResultOf(const std::string& part_id, const std::string& blade_serial, const MachinesCalibrations& calibrations) {
-  Row row;
+Row ResultOf(const std::string& part_id, const std::string& blade_serial, const MachinesCalibrations& calibrations,
+             Row row = {}) {
   row.blade_serial = blade_serial;
   row.machine_id = "m1";
   row.machine_revision = 1;
