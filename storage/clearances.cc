@@ -3,6 +3,7 @@
 #include "refusal/message_text.h"
 #include "storage/one_read.h"
 #include "storage/reasons.h"
+#include "storage/requests.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -76,9 +77,7 @@ absl::StatusOr<bool> WasRecorded(Transaction& transaction, const ClearanceOrder&
   const bool is_same = rows->Bool(0, 0);
   if (absl::Status read = rows->status(); !read.ok()) return read;
   if (is_same) return true;
-  return WithReason(
-      absl::AlreadyExistsError("request_id: " + order.request_id + " was used for another request, want a new id"),
-      kRequestIdReused);
+  return RequestIdReused(order.request_id);
 }
 
 // What stands then; none: nothing was there to withdraw.

@@ -21,6 +21,12 @@ KeptRequest KeptRequestOf(const RecordedRequest& request) {
   return {request.call, request.request_id, Sha256Hex(request.bytes), request.trace_id};
 }
 
+absl::Status RequestIdReused(const std::string& request_id) {
+  return WithReason(
+      absl::AlreadyExistsError("request_id: " + request_id + " was used for another request, want a new id"),
+      kRequestIdReused);
+}
+
 absl::StatusOr<std::optional<std::string>> FindKept(Transaction& transaction, const RecordedRequest& request) {
   if (request.request_id.empty()) return std::nullopt;
   const Params key = Params().Text(request.call).Text(request.request_id);
@@ -31,10 +37,7 @@ absl::StatusOr<std::optional<std::string>> FindKept(Transaction& transaction, co
   if (rows->count() == 0) return std::nullopt;
   const std::string known_sha256 = rows->Digest(0, 0);
   if (absl::Status read = rows->status(); !read.ok()) return read;
-  if (known_sha256 != Sha256Hex(request.bytes))
-    return WithReason(
-        absl::AlreadyExistsError("request_id: " + request.request_id + " was used for another request, want a new id"),
-        kRequestIdReused);
+  if (known_sha256 != Sha256Hex(request.bytes)) return RequestIdReused(request.request_id);
   return rows->Checked(rows->Text(0, 1));
 }
 

@@ -17,6 +17,9 @@ namespace sixpoint::storage {
 
 KeptRequest KeptRequestOf(const RecordedRequest& request);
 
+// ALREADY_EXISTS with its reason: the same id came with another request.
+absl::Status RequestIdReused(const std::string& request_id);
+
 // The name of what this request recorded before. ALREADY_EXISTS when the same id came with another request. Takes a
 // transaction-long lock on the id, so that two retries at once do the work once. Without an id there is nothing.
 absl::StatusOr<std::optional<std::string>> FindKept(Transaction& transaction, const RecordedRequest& request);

@@ -1,6 +1,7 @@
 #include "storage/webhooks.h"
 
 #include "storage/reasons.h"
+#include "storage/requests.h"
 
 namespace sixpoint::storage {
 namespace {
@@ -79,9 +80,7 @@ absl::StatusOr<WebhookRow> InsertWebhook(Transaction& transaction, const Webhook
     const bool is_same = (*kept)->requested_by == row.requested_by && (*kept)->webhook_id == row.webhook_id &&
                          (*kept)->url == row.url && IsSame((*kept)->filter, row.filter);
     if (is_same) return **kept;
-    return WithReason(
-        absl::AlreadyExistsError("request_id: " + row.request_id + " was used for another request, want a new id"),
-        kRequestIdReused);
+    return RequestIdReused(row.request_id);
   }
   const auto named = One(transaction, kSelectWebhook, row.webhook_id);
   if (!named.ok()) return named.status();

@@ -428,5 +428,13 @@ TEST(PlantStore, TheJournalIsReadByNameBladeAndEdge) {
   });
 }
 
+TEST(PlantStore, KnowsEveryKindOfEntry) {
+  std::vector<std::vector<std::string>> kinds;
+  OnBothPlantStores([&](const PlantStores& plant) { kinds.push_back(plant.journal->Kinds(Soon()).value()); });
+  ASSERT_EQ(kinds.size(), 2u);
+  EXPECT_THAT(kinds[0], ::testing::UnorderedElementsAreArray(kinds[1]));
+  EXPECT_THAT(kinds[0], ::testing::Contains("machining_pass"));
+}
+
 }  // namespace
 }  // namespace sixpoint::storage

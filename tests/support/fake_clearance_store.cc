@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-#include "storage/reasons.h"
+#include "storage/requests.h"
 
 namespace sixpoint::testing {
 namespace {
@@ -46,9 +46,7 @@ absl::StatusOr<std::optional<storage::ClearanceRow>> FakeClearanceStore::Decide(
     if (kept.order.request_id != order.request_id) continue;
     if (kept.order.holder == order.holder && kept.order.scope == order.scope && kept.granted == granted)
       return rows_[newest.value()];
-    return storage::WithReason(
-        absl::AlreadyExistsError("request_id: " + order.request_id + " was used for another request, want a new id"),
-        storage::kRequestIdReused);
+    return storage::RequestIdReused(order.request_id);
   }
   if (!granted && !newest) return std::nullopt;
   if (absl::Status committed = commits.Commit(still_wanted); !committed.ok()) return committed;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "storage/record.h"
+#include "storage/requests.h"
 #include "storage/result_store.h"
 
 namespace sixpoint::testing {
@@ -32,8 +33,7 @@ class FakeRecord {
     if (!failure_.ok()) return failure_;
     const auto kept = requests_.find({request.call, request.request_id});
     if (kept == requests_.end()) return std::nullopt;
-    if (kept->second.bytes != request.bytes)
-      return absl::AlreadyExistsError("request_id: " + request.request_id + " was used for another request");
+    if (kept->second.bytes != request.bytes) return storage::RequestIdReused(request.request_id);
     return find(kept->second.name);
   }
   // That, or the work's row, which is kept under name_of(row). Work that fails stores nothing.
