@@ -77,7 +77,7 @@ std::optional<metrology::SensorPose> PclPlaneAndCircles(const std::vector<metrol
     }
   }
   const Eigen::Isometry3d fit = metrology::RigidFit(from, onto);
-  metrology::SensorPose sensor;
+  metrology::SensorPose sensor = metrology::SensorPose::Exact();
   sensor.rotation = fit.linear();
   sensor.t_sm_mm = fit.translation();
   return sensor;

@@ -52,7 +52,7 @@ void Soil(const Dirt& dirt, const simulator::MachineTruth& truth, const metrolog
       for (std::size_t i = first; i < std::min(first + length, gone->size()); ++i) (*gone)[i] = true;
     }
   // Displaced patches until enough readings are strays.
-  metrology::SensorPose sensor;
+  metrology::SensorPose sensor = metrology::SensorPose::Exact();
   sensor.rotation = truth.machine_from_sensor;
   sensor.t_sm_mm = truth.t_sm_mm;
   const Eigen::Isometry3d artefact_from_machine = truth.machine_from_artefact.inverse();

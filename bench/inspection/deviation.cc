@@ -41,7 +41,7 @@ double Now() { return std::chrono::duration<double>(std::chrono::steady_clock::n
 struct Plant {
   std::string folder;
   json dataset;
-  metrology::SensorPose sensor;
+  metrology::SensorPose sensor = metrology::SensorPose::Exact();
   metrology::RotaryAxes axes;
   Eigen::Isometry3d zero_from_part = Eigen::Isometry3d::Identity();
   std::shared_ptr<const metrology::Surface> surface;
@@ -130,7 +130,7 @@ absl::StatusOr<metrology::DeviationField> Mapped(const Plant& plant,
   options.threads = kThreads;
   DeviationMap map(
       plant.surface, patches,
-      metrology::PartMapping(metrology::ExactPose(Eigen::Isometry3d::Identity()), metrology::SensorPose(), axes),
+      metrology::PartMapping(metrology::ExactPose(Eigen::Isometry3d::Identity()), metrology::SensorPose::Exact(), axes),
       options);
   map.Begin(metrology::LineScan());
   for (const Points& piece : pieces)

@@ -77,7 +77,7 @@ AllowanceOutcome RunOne(const metrology::Surface& design, double margin_um, std:
   metrology::FitOptions options;
   options.thread_count = 1;
   const auto found = metrology::FitWithAllowance(design, {PortionOf(points)}, Eigen::Isometry3d::Identity(), allowance,
-                                                 metrology::MachineCalibration(), options);
+                                                 metrology::MachineCalibration::Exact(), options);
   AllowanceOutcome outcome;
   outcome.margin_um = margin_um;
   if (!found.ok()) return outcome;

@@ -56,7 +56,7 @@ class Comparison {
     if (shape_um != 0) {
       bump = Bump{datums_[2].point_mm.x(), datums_[2].point_mm.z(), 1e-3 * shape_um, kShapeErrorSigmaMm, 1};
     }
-    metrology::MachineCalibration believed;
+    metrology::MachineCalibration believed = metrology::MachineCalibration::Exact();
     Eigen::Isometry3d pose = ScanFromPart();
     std::vector<metrology::ScanPortion> portions;
     if (on_machine_) {

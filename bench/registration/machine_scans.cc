@@ -55,7 +55,7 @@ class FaceSampler {
 }  // namespace
 
 metrology::MachineCalibration TrueMachine() {
-  metrology::MachineCalibration machine;
+  metrology::MachineCalibration machine = metrology::MachineCalibration::Exact();
   machine.sensor.rotation = metrology::RotationFromVector({0.01, -0.02, 0.015});
   machine.sensor.t_sm_mm = {3, -2, 150};
   machine.axes.a = {Vector3d(1e-3, 1, -2e-3).normalized(), {10, 40, -230}};

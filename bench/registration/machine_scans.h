@@ -48,7 +48,7 @@ Eigen::Matrix3d AnyTurn(std::uint64_t seed);
 constexpr double kPosedAnywhereMm = 50;
 struct CoarseCase {
   Eigen::Isometry3d zero_from_part;
-  metrology::MachineCalibration machine;
+  metrology::MachineCalibration machine = metrology::MachineCalibration::Exact();
   std::vector<metrology::ScanPortion> portions;
 };
 // From four sides and one tilted, or from one side; 6000 points of each.

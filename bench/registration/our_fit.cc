@@ -59,7 +59,8 @@ TimedFit FitPortion(const PreparedBlade& prepared, metrology::ScanPortion portio
   options.thread_count = threads;
   TimedFit timed;
   const double begin = Seconds(), processor_begin = ProcessorSeconds();
-  auto fit = metrology::FitToSurface(*prepared.surface, portions, Eigen::Isometry3d::Identity(), {}, options);
+  auto fit = metrology::FitToSurface(*prepared.surface, portions, Eigen::Isometry3d::Identity(),
+                                     metrology::MachineCalibration::Exact(), options);
   timed.seconds = Seconds() - begin;
   timed.processor_s = ProcessorSeconds() - processor_begin;
   if (!fit.ok()) {

@@ -44,7 +44,8 @@ TrapOutcome RunOne(const Blade& blade, const metrology::Surface& surface, int ti
   start.translation().z() = kGreatestOffMm * unit(random);
   metrology::FitOptions options;
   options.thread_count = 1;
-  const auto fit = metrology::FitToSurface(surface, {PortionOf(points)}, start, {}, options);
+  const auto fit =
+      metrology::FitToSurface(surface, {PortionOf(points)}, start, metrology::MachineCalibration::Exact(), options);
   TrapOutcome outcome;
   if (!fit.ok()) return outcome;
   outcome.off_um = 1e3 * std::abs((*fit->evidence.stopped_at * surface.centroid_mm() - surface.centroid_mm()).z());

@@ -82,7 +82,7 @@ WeaknessOutcome RunOne(const PreparedBlade& prepared, const Kind& kind, bool cas
   metrology::FitOptions options;
   options.thread_count = 1;
   const auto fit = metrology::FitToSurface(*prepared.surface, {PortionOf(points)}, Displaced(pose, 0.2, 2e-3, seed),
-                                           metrology::MachineCalibration(), options);
+                                           metrology::MachineCalibration::Exact(), options);
   WeaknessOutcome outcome;
   if (!fit.ok()) return outcome;
   outcome.converged = fit->outcome == metrology::Outcome::kConverged;

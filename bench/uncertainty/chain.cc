@@ -169,7 +169,7 @@ std::vector<HoleOutcome> DrawHoles(const WorldErrors& errors, std::uint64_t seed
   const Eigen::Matrix3d linear = DrawLinearAxes(errors, &draw);
   const Calibrated calibrated =
       Calibrate(design, Swung(design, DrawArm(errors, &draw)), linear, field, errors, offset, &draw);
-  metrology::MachineCalibration machine;
+  metrology::MachineCalibration machine = metrology::MachineCalibration::Exact();
   machine.sensor = calibrated.sensor;
   Eigen::Matrix<double, 8, 1> axis_errors, axis_sigma;
   axis_sigma << errors.axes_rad, errors.axes_rad, errors.axes_mm, errors.axes_mm, errors.axes_rad, errors.axes_rad,

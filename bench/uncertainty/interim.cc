@@ -54,6 +54,7 @@ bool Accepts(const WorldErrors& errors, Knock knock, double knock_mm, Swings swi
   }
   const Vector6d by = DrawKnock(knock, knock_mm, design, &draw);
   metrology::InterimCheckOptions options;
+  options.field_covariance_mm2.setZero();
   options.limit_mm = knock_mm;
   options.field_covariance_mm2 = metrology::FieldCovarianceOf(errors.field_mm, known_field);
   options.arm = LearntSpread(errors, &draw);

@@ -41,7 +41,7 @@ std::vector<PlatePoint> Plate(const SensorPose& sensor, const Eigen::Vector3d& e
 struct PlateFit {
   const std::vector<PlatePoint>& plate;
   metrology::Points readings, touched_mm;
-  SensorPose found;
+  SensorPose found = SensorPose::Exact();
   Matrix6d normal;
   Vector6d right;
 
@@ -125,7 +125,7 @@ Field DrawForm(const WorldErrors& errors, Draws* draw) {
 }  // namespace
 
 SensorPose DesignedSensor() {
-  SensorPose design;
+  SensorPose design = SensorPose::Exact();
   design.rotation = metrology::RotationFromCardan({0.4 * kRadPerDeg, 0.3 * kRadPerDeg, -0.4 * kRadPerDeg});
   design.t_sm_mm = {15, -42, 85};
   design.field = metrology::ScannerField::Of(kMid_mm, kRange_mm, kLine_rad);
@@ -208,6 +208,7 @@ Calibrated Calibrate(const SensorPose& design, const SensorPose& truth, const Ei
 metrology::ArmSpread LearntSpread(const WorldErrors& errors, Draws* draw) {
   if (errors.arm_scans == 0) {
     metrology::ArmSpread known;
+    known.covariance.setZero();
     known.covariance.diagonal() << Eigen::Vector3d::Constant(errors.arm_rad * errors.arm_rad),
         Eigen::Vector3d::Constant(errors.arm_mm * errors.arm_mm);
     known.degrees_of_freedom = std::numeric_limits<double>::infinity();

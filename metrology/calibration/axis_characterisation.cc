@@ -7,6 +7,7 @@
 #include "metrology/frames/angles.h"
 #include "metrology/linear_algebra/least_squares.h"
 #include "metrology/statistics/ranks.h"
+#include "metrology/statistics/standard_deviation.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
@@ -176,7 +177,7 @@ double Propagated(const Function& f, const Eigen::VectorXd& values, const Eigen:
     const Eigen::VectorXd w = step * Eigen::VectorXd::Unit(values.size(), k);
     gradient(k) = (f(values + w) - f(values - w)) / (2 * step);
   }
-  return std::sqrt(std::max(0.0, gradient.dot(covariance * gradient)));
+  return StandardDeviation(gradient.dot(covariance * gradient));
 }
 
 // Root mean square of the modelled error over the turn and both ways: harmonics are orthogonal there.

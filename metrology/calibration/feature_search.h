@@ -7,6 +7,7 @@
 #include <string>
 
 #include "metrology/calibration/artefact.h"
+#include "metrology/frames/pose.h"
 #include "metrology/scanner/line_scanner.h"
 
 namespace sixpoint::metrology {
@@ -14,7 +15,7 @@ namespace sixpoint::metrology {
 // Where the artefact lies in one scan, to about 0.1 mm and 1 deg: a start for the fits. The sensor frame is sheared
 // (docs/methods/sensor_calibration.md, finding the artefact), so this is rigid only up to the sensor's mounting angles.
 struct ArtefactSighting {
-  Eigen::Isometry3d sensor_from_artefact = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d sensor_from_artefact = NotYet<Eigen::Isometry3d>();
   int matched_features = 0;
   double upper_face_fraction = 0;  // of all points of the scan
 };

@@ -55,7 +55,7 @@ struct ProbeFaceCheck {
 struct ProbeCalibration {
   Eigen::Vector3d approach = Eigen::Vector3d::Zero();   // a
   Eigen::Vector3d offset_mm = Eigen::Vector3d::Zero();  // t
-  Matrix6d covariance = Matrix6d::Zero();               // of (a, t): 1, mm
+  Matrix6d covariance = NotYet<Matrix6d>();             // of (a, t): 1, mm
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // a / |a|
   double scale = 0;                                     // |a|
   double scale_standard_uncertainty = 0;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "metrology/calibration/residual_judgement.h"
+#include "metrology/frames/pose.h"
 #include "metrology/kinematics/joint_chain.h"
 #include "metrology/kinematics/rotary_axes.h"
 
@@ -46,10 +47,10 @@ struct RotationOptions {
 struct RotationCalibration {
   RotaryAxes axes;  // each point is the one of its axis nearest to the nominal point of that axis
   Eigen::Vector3d sphere_in_zero_mm = Eigen::Vector3d::Zero();
-  AxesCovariance covariance = AxesCovariance::Zero();       // at the axes above
+  AxesCovariance covariance = NotYet<AxesCovariance>();     // at the axes above
   LinearResponse linear_response = LinearResponse::Zero();  // of the axes, to what the sphere was probed with
   Eigen::Vector3d point_c_mm = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d point_c_covariance_mm2 = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d point_c_covariance_mm2 = NotYet<Eigen::Matrix3d>();
   double noise_mm = 0;  // of one coordinate, as used for the covariance
   double degrees_of_freedom =
       std::numeric_limits<double>::infinity();  // of noise_mm, where it was seen in the residuals

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "metrology/calibration/rotation_calibration.h"
+#include "metrology/frames/pose.h"
 
 namespace sixpoint::metrology {
 
@@ -27,7 +28,7 @@ void AddEvidence(const std::vector<SpherePose>& poses, const RotationOptions& op
 // Point C with its covariance, and how it follows the linear axes.
 struct FoundPointC {
   Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d covariance_mm2 = NotYet<Eigen::Matrix3d>();
   Eigen::Matrix<double, 3, kLinearParameterCount> linear_response;
 };
 // Both axes of the result through it, and what follows for them.

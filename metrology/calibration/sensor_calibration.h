@@ -14,6 +14,7 @@
 #include "metrology/calibration/feature_centres.h"
 #include "metrology/calibration/probing_noise.h"
 #include "metrology/calibration/residual_judgement.h"
+#include "metrology/frames/pose.h"
 #include "metrology/scanner/line_scanner.h"
 
 namespace sixpoint::metrology {
@@ -44,7 +45,7 @@ struct SensorCalibration {
   SensorPose sensor;
   CardanAngles angles;             // of sensor.rotation
   CardanAngles angle_uncertainty;  // standard, rad
-  Eigen::Isometry3d machine_from_artefact = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d machine_from_artefact = NotYet<Eigen::Isometry3d>();
   double noise_mm = 0;              // of one laser reading along its ray, from the residuals
   double residual_rms_mm = 0;       // of the laser points, normal to their faces (SEQUENTIAL: of the cone centres)
   double touch_rms_mm = 0;          // of the touched coordinates about the fit, for its degrees of freedom

@@ -12,6 +12,7 @@
 
 #include "metrology/correction/orientation.h"
 #include "metrology/correction/registered_pose.h"
+#include "metrology/frames/pose.h"
 #include "metrology/kinematics/rotary_axes.h"
 
 namespace sixpoint::metrology {
@@ -33,7 +34,7 @@ struct CorrectedHole {
   std::string name;
   Eigen::Vector3d start_mm = Eigen::Vector3d::Zero();          // machine, at the corrected angles
   Eigen::Vector3d nominal_start_mm = Eigen::Vector3d::Zero();  // machine, nominal part at the nominal angles
-  Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();    // of start_mm
+  Eigen::Matrix3d covariance_mm2 = NotYet<Eigen::Matrix3d>();  // of start_mm
   double expanded_uncertainty_um = 0;                          // 95 % of the distances to the true start lie below
   // The budget: of the distance's mean square, in um^2. Its greatest first; what is nothing is left out.
   std::vector<UncertaintyComponent> components;

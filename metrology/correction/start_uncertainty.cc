@@ -6,6 +6,7 @@
 
 #include "metrology/kinematics/linear_axes.h"
 #include "metrology/statistics/distance_quantile.h"
+#include "metrology/statistics/standard_deviation.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
@@ -27,6 +28,7 @@ Eigen::MatrixXd ValuesPerSigma(const Eigen::MatrixXd& jacobian, const Eigen::Vec
 // The hole's covariance from its parts, and what follows from it.
 void SumUp(const std::vector<std::pair<const UncertaintyPart*, Eigen::Matrix3d>>& parts, CorrectedHole* hole) {
   constexpr double kUm2 = 1e6;
+  hole->covariance_mm2.setZero();
   for (const auto& [part, covariance_mm2] : parts) {
     hole->covariance_mm2 += covariance_mm2;
     if (const double variance_um2 = kUm2 * covariance_mm2.trace(); variance_um2 > 0)
@@ -102,9 +104,9 @@ AngleUncertainty AngleUncertaintyOf(const std::vector<UncertaintyPart>& parts, c
                                  positioning.b.StandardUncertaintyAt(commanded.b_rad));
   AngleUncertainty result;
   result.turn_variance_rad2 = turn_rad.cwiseAbs2();
-  result.a_rad = std::sqrt(std::max(0.0, variance(0) + result.turn_variance_rad2[0]));
-  result.b_rad = std::sqrt(std::max(0.0, variance(1) + result.turn_variance_rad2[1]));
-  result.tilt_rad = std::sqrt(std::max(0.0, variance(2) + variance(3)));
+  result.a_rad = StandardDeviation(variance(0) + result.turn_variance_rad2[0]);
+  result.b_rad = StandardDeviation(variance(1) + result.turn_variance_rad2[1]);
+  result.tilt_rad = StandardDeviation(variance(2) + variance(3));
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "metrology/frames/pose.h"
 #include "metrology/kinematics/rotary_axes.h"
 
 namespace sixpoint::metrology {
@@ -14,7 +15,7 @@ namespace sixpoint::metrology {
 struct HoleOutcome {
   std::string hole;  // "G1/H3"
   double a_rad = 0, b_rad = 0;
-  Eigen::Isometry3d zero_from_part = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d zero_from_part = NotYet<Eigen::Isometry3d>();
   Eigen::Vector3d predicted_start_mm = Eigen::Vector3d::Zero(), predicted_axis = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d found_start_mm = Eigen::Vector3d::Zero(), found_axis = Eigen::Vector3d::UnitZ();
   // Of the inspection: root mean square distance and angle.

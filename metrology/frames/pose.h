@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <limits>
 #include <vector>
 
 namespace sixpoint::metrology {
@@ -13,6 +14,19 @@ namespace sixpoint::metrology {
 using Points = std::vector<Eigen::Vector3d>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+// What a covariance or a pose is before it was computed or read. Left so it makes all that rests on it NaN, which every check refuses;
+// a zero would pass for what is exactly known, an identity for a pose.
+template <typename Matrix>
+Matrix NotYet() {
+  return Matrix::Constant(std::numeric_limits<double>::quiet_NaN());
+}
+template <>
+inline Eigen::Isometry3d NotYet<Eigen::Isometry3d>() {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.matrix().topRows<3>().setConstant(std::numeric_limits<double>::quiet_NaN());
+  return pose;
+}
 
 // The skew-symmetric matrix of v: cross(v, x) = Skew(v) * x.
 Eigen::Matrix3d Skew(const Eigen::Vector3d& v);

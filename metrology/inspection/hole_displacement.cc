@@ -31,6 +31,7 @@ SurfaceUncertainty InStatedPositioning(const SurfaceDirections& directions, cons
   per_parameter << directions.along.transpose() * hole.start_per_parameter,
       directions.across.transpose() * hole.start_per_parameter;
   SurfaceUncertainty uncertainty;
+  uncertainty.covariance_mm2.setZero();
   for (const CylinderSource& source : hole.sources) {
     const Eigen::Matrix<double, 2, Eigen::Dynamic> per_sigma = per_parameter * source.per_sigma;
     uncertainty.covariance_mm2 += per_sigma * per_sigma.transpose();

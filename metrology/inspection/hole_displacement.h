@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "metrology/frames/pose.h"
 #include "metrology/inspection/hole_error.h"
 #include "metrology/inspection/pin.h"
 #include "metrology/inspection/stated_value.h"
@@ -56,8 +57,8 @@ ValueEffect OtherPositionings(double greatest_difference);
 // What a displacement in the surface is uncertain by in the positioning that it is stated in, without what other positionings would say: a
 // drawing that names its datums asks for no other.
 struct SurfaceUncertainty {
-  Eigen::Matrix2d covariance_mm2 = Eigen::Matrix2d::Zero();  // of (along, across)
-  double coverage_factor = 0;                                // 95 %; the greatest of all directions in the surface
+  Eigen::Matrix2d covariance_mm2 = NotYet<Eigen::Matrix2d>();  // of (along, across)
+  double coverage_factor = 0;                                  // 95 %; the greatest of all directions in the surface
 };
 
 struct HoleDisplacement {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "metrology/statistics/distance_quantile.h"
+#include "metrology/statistics/standard_deviation.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -21,10 +22,10 @@ LengthUncertainty UncertaintyOfLength(const Eigen::Vector3d& v, const Eigen::Mat
   constexpr double kReaches = 1.01;   // beyond what was seen: it is not exactly linear
   constexpr double kNothing = 1e-12;  // of the greatest variance: a direction without any
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  const double variance = std::max(0.0, solver.eigenvalues()[2]), length = v.norm();
+  const double variance = std::max(solver.eigenvalues()[2], 0.0), length = v.norm();  // NaN stays
   const Eigen::Vector3d along =
       length > 0 ? Eigen::Vector3d(v / length) : Eigen::Vector3d(solver.eigenvectors().col(2));
-  const double along_sigma = std::sqrt(std::max(0.0, along.dot(covariance * along)));
+  const double along_sigma = StandardDeviation(along.dot(covariance * along));
   double squared = 0;  // how far v is from zero, in its own uncertainty
   for (int k = 0; k < 3; ++k)
     if (solver.eigenvalues()[k] > kNothing * variance)

@@ -70,7 +70,7 @@ struct PinFit {
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();      // s1, s2
   double radius_mm = 0;                                 // as seen, as residual_rms_um is, whatever a certificate says
   // Of (c1, c2, s1, s2, radius) from the scanner's noise, by the residuals themselves (sandwich estimator).
-  Eigen::Matrix<double, 5, 5> noise_covariance = Eigen::Matrix<double, 5, 5>::Zero();
+  Eigen::Matrix<double, 5, 5> noise_covariance = NotYet<Eigen::Matrix<double, 5, 5>>();
   int point_count = 0;
   double residual_rms_um = 0;  // of the points used
   // Change of the five parameters per displacement of a point, for the points used (indices into the points given).

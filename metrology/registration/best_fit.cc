@@ -21,6 +21,7 @@
 #include "metrology/registration/patch_sums.h"
 #include "metrology/registration/surface_residuals.h"
 #include "metrology/statistics/ranks.h"
+#include "metrology/statistics/standard_deviation.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
@@ -337,7 +338,7 @@ absl::StatusOr<PoseFit> BestFit::Report(bool converged, double width_mm) {
   evidence.condition_number = ConditionNumberOf(eigen.values);
   const Vector6d weakest = free * eigen.vectors.col(0);
   evidence.weakest_direction << pose_.linear() * weakest.head<3>(), pose_.linear() * weakest.tail<3>();
-  evidence.weakest_standard_uncertainty_mm = std::sqrt(std::max(0.0, weakest.dot(patches_.covariance * weakest)));
+  evidence.weakest_standard_uncertainty_mm = StandardDeviation(weakest.dot(patches_.covariance * weakest));
 
   if (evidence.overlap < options_.least_overlap || !(sigma_mm_ < options_.greatest_spread_mm)) {
     fit.outcome = Outcome::kTooLittleOverlap;

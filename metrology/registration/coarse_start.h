@@ -8,13 +8,14 @@
 #include <string>
 #include <vector>
 
+#include "metrology/frames/pose.h"
 #include "metrology/registration/fit_options.h"
 #include "metrology/surface/surface.h"
 
 namespace sixpoint::metrology {
 
 struct CoarseStart {
-  Eigen::Isometry3d zero_from_part = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d zero_from_part = NotYet<Eigen::Isometry3d>();
   double spread_mm = 0;  // root mean square distance of the nearer half of the points
   std::string remark;    // two poses that fit as well: the part looks alike from both. Empty otherwise
 };

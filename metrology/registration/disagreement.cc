@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "metrology/statistics/standard_deviation.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
@@ -56,7 +57,7 @@ absl::StatusOr<Disagreement> DisagreementOf(const Surface& surface, const PoseFi
   const Vector6d along =
       PointJacobian(placed.zero_from_part * found.point_mm, placed.covariance.reference_mm).transpose() * displacement /
       found.greatest_mm;
-  found.standard_uncertainty_mm = std::sqrt(std::max(0.0, along.dot(covariance * along)));
+  found.standard_uncertainty_mm = StandardDeviation(along.dot(covariance * along));
   found.ratio = found.standard_uncertainty_mm > 0 ? found.greatest_mm / found.standard_uncertainty_mm
                                                   : std::numeric_limits<double>::infinity();
   found.beyond = found.ratio > kDisagreementLimit;

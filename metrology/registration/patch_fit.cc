@@ -9,6 +9,7 @@
 #include "metrology/registration/gap_pull.h"
 #include "metrology/registration/surface_residuals.h"
 #include "metrology/statistics/ranks.h"
+#include "metrology/statistics/standard_deviation.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -51,7 +52,11 @@ class Fitter {
   }
 
   PatchFit Run() {
-    if (patches_.empty()) return fit_;
+    if (patches_.empty()) {  // nothing is learned
+      fit_.covariance = options_.start_covariance;
+      fit_.normal.setZero();
+      return fit_;
+    }
     for (int step = 0; step < kMostReweightings; ++step) {
       FindNoise();
       Offsets();
@@ -194,7 +199,7 @@ class Fitter {
 
   double InSigmas(const Vector6d& by) const {
     const Vector6d whitened = SolveHeldIn(covariance_, by, options_.free);
-    return std::sqrt(std::max(0.0, by.dot(whitened)));
+    return StandardDeviation(by.dot(whitened));
   }
 
   // How much more clusters of patches scatter than patches that err independently would.

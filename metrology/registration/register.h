@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "metrology/frames/pose.h"
 #include "metrology/registration/allowance.h"
 #include "metrology/registration/angle_influence.h"
 #include "metrology/registration/disagreement.h"
@@ -21,7 +22,7 @@ inline bool IsSixPoint(Method method) { return method == Method::kSixPointPairs 
 
 struct RegistrationTask {
   Method method = Method::kBestFit;
-  Eigen::Isometry3d zero_from_part_nominal = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d zero_from_part_nominal = NotYet<Eigen::Isometry3d>();
   std::optional<Station> station;  // whose nominal pose that is; the scans without its neighbours' points
   FitOptions options;
   AllowanceOptions allowance;      // kAllowance only

@@ -11,6 +11,7 @@
 #include "metrology/parallel/loops.h"
 #include "metrology/registration/gap_pull.h"
 #include "metrology/registration/local_height.h"
+#include "metrology/statistics/standard_deviation.h"
 #include "refusal/message_text.h"
 #include "refusal/refusal.h"
 
@@ -62,7 +63,7 @@ PlacedPose Placed(const Eigen::Isometry3d& zero_from_part, const Nest& nest, con
   const Matrix6d noise =
       kept * before * kept.transpose() + nest.solver * variances.asDiagonal() * nest.solver.transpose();
   evidence->weakest_standard_uncertainty_mm =
-      std::sqrt(std::max(0.0, evidence->weakest_direction.dot(noise * evidence->weakest_direction)));
+      StandardDeviation(evidence->weakest_direction.dot(noise * evidence->weakest_direction));
   PlacedPose placed(
       zero_from_part, best_fit.covariance.reference_mm, unscale.asDiagonal() * noise * unscale.asDiagonal(),
       unscale.asDiagonal() * (kept * (scale.asDiagonal() * best_fit.Sensitivity()) + nest.solver * moved), calibration);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "metrology/frames/pose.h"
 #include "metrology/registration/fit_options.h"
 #include "metrology/registration/pose_fit.h"
 #include "metrology/registration/scan_portion.h"
@@ -14,7 +15,7 @@
 namespace sixpoint::metrology {
 
 struct Station {
-  Eigen::Isometry3d zero_from_part_nominal = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d zero_from_part_nominal = NotYet<Eigen::Isometry3d>();
   double capture_mm = 0;                      // how far any of the part may stand from there
   std::vector<Eigen::Isometry3d> neighbours;  // zero_from_part_nominal of the parts at the other stations
 };

@@ -37,12 +37,19 @@ struct LineScan {
 struct SensorPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // R_sm
   Eigen::Vector3d t_sm_mm = Eigen::Vector3d::Zero();
-  SensorCovariance covariance = SensorCovariance::Zero();               // in the order of kSensorParameters
+  SensorCovariance covariance = NotYet<SensorCovariance>();             // in the order of kSensorParameters
   double degrees_of_freedom = std::numeric_limits<double>::infinity();  // of the covariance
   ScannerField field = {};
   FieldResponse field_response = FieldResponse::Zero();  // of this calibration
   std::optional<MeasuredField> measured_field = {};      // by it; none: the field was not looked for
   CloudKind cloud = CloudKind::kProfiles;                // of the scans that it maps
+
+  // Where nothing is uncertain, as in a simulation, or nothing is asked of the covariance.
+  static SensorPose Exact() {
+    SensorPose sensor;
+    sensor.covariance.setZero();
+    return sensor;
+  }
 
   Eigen::Vector3d MachineFromSensor(const Eigen::Vector3d& p, const Eigen::Vector3d& v0_mm) const {
     if (cloud == CloudKind::kSnapshot) return rotation * p - v0_mm + t_sm_mm;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "metrology/frames/pose.h"
 #include "metrology/kinematics/calibration_parameters.h"
 
 namespace sixpoint::metrology {
@@ -32,7 +33,7 @@ struct ScannerField {
 // A field as a calibration found it.
 struct MeasuredField {
   FieldTerms terms_mm = FieldTerms::Zero();
-  FieldCovariance covariance_mm2 = FieldCovariance::Zero();
+  FieldCovariance covariance_mm2 = NotYet<FieldCovariance>();
   double stated_mm = 0;  // root mean square that was stated of it before
 };
 

@@ -6,6 +6,7 @@
 
 #include <absl/status/statusor.h>
 
+#include "metrology/frames/pose.h"
 #include "metrology/sections/outline_fit.h"
 #include "metrology/sections/section_plane.h"
 #include "metrology/surface/surface.h"
@@ -34,7 +35,7 @@ struct OutlineEvidence {
 
 struct SectionOutline {
   FittedOutline fitted;
-  Eigen::Isometry3d part_from_section = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d part_from_section = NotYet<Eigen::Isometry3d>();
   OutlineEvidence evidence;
 };
 

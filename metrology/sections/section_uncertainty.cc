@@ -11,6 +11,7 @@
 #include "metrology/parallel/loops.h"
 #include "metrology/statistics/distributions.h"
 #include "metrology/statistics/ranks.h"
+#include "metrology/statistics/standard_deviation.h"
 #include "refusal/refusal.h"
 
 namespace sixpoint::metrology {
@@ -153,7 +154,7 @@ std::vector<SectionValues> EvaluatedByPose(const SectionOutline& outline, const 
       12,
       [&](std::size_t i) {
         const auto k = static_cast<Eigen::Index>(i / 2);
-        const double sigma = std::sqrt(std::max(0.0, system.values[k]));
+        const double sigma = StandardDeviation(system.values[k]);
         return Displaced(outline, pose, (i % 2 == 0 ? sigma : -sigma) * system.vectors.col(k));
       },
       hint, thread_count);

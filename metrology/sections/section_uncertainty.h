@@ -31,7 +31,7 @@ struct ParameterUncertainty {
 };
 
 struct MeasuredSection {
-  Eigen::Isometry3d part_from_section = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d part_from_section = NotYet<Eigen::Isometry3d>();
   SectionValues values;
   std::array<ParameterUncertainty, kSectionParameterCount> uncertainties;  // of what is set
   FormError form;

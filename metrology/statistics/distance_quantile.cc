@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace sixpoint::metrology {
 namespace {
@@ -65,6 +66,7 @@ double Probability(const Eigen::Vector3d& l, double radius) {
 }  // namespace
 
 double DistanceQuantile(const Eigen::Matrix3d& covariance, double probability) {
+  if (!covariance.allFinite()) return std::numeric_limits<double>::quiet_NaN();
   const Eigen::Vector3d variances = VariancesDescending(covariance);
   if (!(variances[0] > 0)) return 0;
   const Eigen::Vector3d l = variances / variances[0];

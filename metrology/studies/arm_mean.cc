@@ -56,6 +56,7 @@ absl::StatusOr<MeanOfSwings> FindMeanOfSwings(const std::string& calibrated_seri
   for (const SwungScan& one : series) information += Inverse(Matrix6d(about_mean + one.covariance));
   const Matrix6d found = Inverse(information);
   MeanOfSwings mean;
+  mean.covariance.setZero();
   mean.shares.push_back({calibrated_series, Matrix6d::Identity()});
   for (const SwungScan& one : series) {
     const Matrix6d weight = found * Inverse(Matrix6d(about_mean + one.covariance));

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "metrology/frames/pose.h"
 #include "metrology/studies/arm_study.h"
 #include "metrology/studies/artefact_fit.h"
 
@@ -15,20 +16,20 @@ namespace sixpoint::metrology {
 // How the place that is stated of the sensor follows where its arm stood in one series. Of all series together they are the identity.
 struct ArmShare {
   std::string arm_series;
-  Matrix6d response = Matrix6d::Zero();  // order of kSensorParameters
+  Matrix6d response = NotYet<Matrix6d>();  // order of kSensorParameters
 };
 
 // What a scan in another series shows of the sensor against the calibration: rotation vector (rad), translation (mm), machine axes.
 struct SwungScan {
   std::string arm_series;
   Vector6d displacement = Vector6d::Zero();
-  Matrix6d covariance = Matrix6d::Zero();                // by the readings' scatter
+  Matrix6d covariance = NotYet<Matrix6d>();              // by the readings' scatter
   FieldResponse field_response = FieldResponse::Zero();  // of the displacement
 };
 
 struct MeanOfSwings {
   Vector6d displacement = Vector6d::Zero();  // of the mean, against the calibration
-  Matrix6d covariance = Matrix6d::Zero();    // of it, by the readings' scatter
+  Matrix6d covariance = NotYet<Matrix6d>();  // of it, by the readings' scatter
   FieldResponse field_response = FieldResponse::Zero();
   std::vector<ArmShare> shares;  // the calibration's own first
 };

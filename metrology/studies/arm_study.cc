@@ -43,7 +43,10 @@ absl::StatusOr<std::vector<ArmDisplacement>> StudyArm(const std::vector<LineScan
     ArmDisplacement& d = displacements.emplace_back();
     d.scan = scan.id;
     d.residual_rms_mm = fit->residual_rms_mm;
-    if (displacements.size() == 1) continue;
+    if (displacements.size() == 1) {
+      d.covariance.setZero();  // against itself
+      continue;
+    }
     d.translation_mm = fit->sensor.t_sm_mm - first.sensor.t_sm_mm;
     d.angles = CardanFromRotation(fit->sensor.rotation * first.sensor.rotation.transpose());
     d.covariance = fit->covariance + first.covariance;

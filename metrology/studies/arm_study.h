@@ -9,6 +9,7 @@
 
 #include "metrology/calibration/artefact.h"
 #include "metrology/calibration/feature_centres.h"
+#include "metrology/frames/pose.h"
 #include "metrology/scanner/line_scanner.h"
 
 namespace sixpoint::metrology {
@@ -28,7 +29,7 @@ struct ArmDisplacement {
   Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
   CardanAngles angles;
   // Of both fits: rotation vector (rad), translation (mm).
-  Matrix6d covariance = Matrix6d::Zero();
+  Matrix6d covariance = NotYet<Matrix6d>();
   double residual_rms_mm = 0;  // along the rays
 };
 
@@ -46,7 +47,7 @@ inline constexpr int kFewestArmScans = 5;
 // How far an arm stands, once swung, from where it stood on the mean: of the sensor's parameters (order of kSensorParameters), with as
 // many degrees of freedom.
 struct ArmSpread {
-  SensorCovariance covariance = SensorCovariance::Zero();
+  SensorCovariance covariance = NotYet<SensorCovariance>();
   double degrees_of_freedom = 0;
 };
 // From the displacements of all scans, the first's too. displacement_sigma: of one displacement by its own two fits, in the same order; what

@@ -5,15 +5,16 @@
 
 #include "metrology/calibration/artefact.h"
 #include "metrology/calibration/feature_centres.h"
+#include "metrology/frames/pose.h"
 #include "metrology/scanner/line_scanner.h"
 
 namespace sixpoint::metrology {
 
 struct ArtefactFit {
   SensorPose sensor;  // as it was given, or as it is from where the artefact looks so
-  Eigen::Isometry3d machine_from_artefact = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d machine_from_artefact = NotYet<Eigen::Isometry3d>();
   // Of what was fitted, by the readings' scatter: rotation vector (rad), translation (mm), in machine axes.
-  Matrix6d covariance = Matrix6d::Zero();
+  Matrix6d covariance = NotYet<Matrix6d>();
   // The same per field parameter of the scanner (order of kFieldParameters); zero where the sensor has no field.
   FieldResponse field_response = FieldResponse::Zero();
   double residual_rms_mm = 0;  // along the rays

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "metrology/frames/pose.h"
 #include "metrology/studies/arm_study.h"
 #include "metrology/studies/artefact_fit.h"
 #include "metrology/studies/study_verdict.h"
@@ -28,10 +29,10 @@ struct InterimCheck {
   // Of the sensor against the calibration's scans, as ArmDisplacement has them.
   Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
   CardanAngles angles;
-  SensorCovariance covariance = SensorCovariance::Zero();  // order of kSensorParameters
-  std::vector<PlaceDisplacement> places;                   // the measuring field's middle, then its corners
-  std::size_t worst = 0;                                   // of the places: the greatest distance with its bound
-  int swing_count = 0;                                     // series of the new scans that the calibration has none of
+  SensorCovariance covariance = NotYet<SensorCovariance>();  // order of kSensorParameters
+  std::vector<PlaceDisplacement> places;                     // the measuring field's middle, then its corners
+  std::size_t worst = 0;                                     // of the places: the greatest distance with its bound
+  int swing_count = 0;                                       // series of the new scans that the calibration has none of
   // ACCEPTED: no place is displaced by more than the limit, REJECTED: one is; each by 95 %.
   StudyVerdict verdict = StudyVerdict::kReported;
 };
@@ -52,7 +53,7 @@ struct CheckedScan {
 struct InterimCheckOptions {
   double limit_mm = 0;  // 0: none stated
   // Of the scanner's field, or of what is left of it; what both scans share cancels.
-  FieldCovariance field_covariance_mm2 = FieldCovariance::Zero();
+  FieldCovariance field_covariance_mm2 = NotYet<FieldCovariance>();
   std::optional<ArmSpread> arm;  // none: it does not move
 };
 

@@ -46,7 +46,7 @@ struct CheckedError {
 
 struct SphereCheck {
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d centre_covariance_mm2 = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d centre_covariance_mm2 = NotYet<Eigen::Matrix3d>();
   double diameter_mm = 0;
   double diameter_standard_uncertainty_mm = 0;  // of the fit
   double standard_deviation_mm = 0;             // of a probed point about the sphere

@@ -120,6 +120,7 @@ absl::StatusOr<StatedSensor> Calibrate(const v1::StateSensorPoseRequest& request
   stated.sensor.cloud = metrology::CloudKind::kSnapshot;
   stated.sensor.rotation = inputs.machine_from_sensor.linear();
   stated.sensor.t_sm_mm = inputs.machine_from_sensor.translation();
+  stated.sensor.covariance.setZero();
   stated.sensor.covariance.diagonal() << Eigen::Vector3d::Constant(turn_rad * turn_rad),
       Eigen::Vector3d::Constant(shift_mm * shift_mm);
   stated.angles = metrology::CardanFromRotation(stated.sensor.rotation);

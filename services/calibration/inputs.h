@@ -10,6 +10,7 @@
 
 #include "metrology/calibration/artefact.h"
 #include "metrology/calibration/sensor_calibration.h"
+#include "metrology/frames/pose.h"
 #include "metrology/kinematics/joint_chain.h"
 #include "metrology/studies/arm_study.h"
 #include "services/calibration/readings.h"
@@ -43,7 +44,7 @@ struct SensorInputs : Inputs {
   metrology::SensorCalibrationOptions options;
 };
 struct StatedInputs : Inputs {
-  Eigen::Isometry3d machine_from_sensor = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d machine_from_sensor = metrology::NotYet<Eigen::Isometry3d>();
 };
 struct RotationInputs : Inputs {
   std::vector<metrology::SpherePose> poses;

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "metrology/kinematics/rotary_axes.h"
+#include "metrology/statistics/standard_deviation.h"
 #include "metrology/studies/drift.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/resource_name.h"
@@ -28,7 +29,7 @@ CalibratedParameter Lean(const std::string& name, const std::vector<double>& dir
   const Eigen::RowVector2d row = metrology::TangentBasis(d).row(toward);
   const double variance = (row * block * row.transpose())(0);
   return {name, runtime::kDegPerRad * std::asin(std::clamp(d(toward), -1.0, 1.0)),
-          runtime::kDegPerRad * std::sqrt(std::max(0.0, variance))};
+          runtime::kDegPerRad * metrology::StandardDeviation(variance)};
 }
 
 std::vector<CalibratedParameter> SensorParameters(const storage::SensorCalibrationRow& s) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "metrology/inspection/hole_displacement.h"
+#include "metrology/statistics/standard_deviation.h"
 #include "services/inspection/characteristic_values.h"
 #include "services/runtime/units.h"
 
@@ -43,7 +44,7 @@ double DisplacementUncertainty_um(const v1::HoleResult& hole, double by_along, d
     const double variance_um2 = by_along * by_along * stated.along_variance_um2() +
                                 2 * by_along * by_across * stated.covariance_um2() +
                                 by_across * by_across * stated.across_variance_um2();
-    return stated.displacement_coverage_factor() * std::sqrt(std::max(0.0, variance_um2));
+    return stated.displacement_coverage_factor() * metrology::StandardDeviation(variance_um2);
   }
   const auto expanded = [](const v1::SignedValue& value) {
     return WithoutOtherPositionings(value.expanded_uncertainty(), value.budget());

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "metrology/frames/pose.h"
 #include "metrology/sections/section_plane.h"
 #include "sixpoint/inspection/v1/section.pb.h"
 
@@ -17,7 +18,7 @@ struct SectionOrder {
   struct Section {
     std::string name;
     metrology::SectionPlane plane;
-    Eigen::Isometry3d part_from_section = Eigen::Isometry3d::Identity();
+    Eigen::Isometry3d part_from_section = metrology::NotYet<Eigen::Isometry3d>();
     std::optional<Eigen::Vector3d> leading_mm, near_mm;  // part frame
   };
   struct Neighbour {

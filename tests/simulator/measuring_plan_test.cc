@@ -102,7 +102,10 @@ class MeasuringPlanRun : public ::testing::TestWithParam<int> {
 
   const MachineDesign design_;
   const MachineTruth truth_ = MountedByHand(design_, seed());
-  const metrology::MachineCalibration calibration_{{truth_.machine_from_sensor, truth_.t_sm_mm}, truth_.axes};
+  const metrology::MachineCalibration calibration_{
+      {truth_.machine_from_sensor, truth_.t_sm_mm, metrology::SensorCovariance::Zero()},
+      truth_.axes,
+      metrology::AxesCovariance::Zero()};
   const DesignedPart part_ = DesignPart({}, design_.centre_mm);
   const Eigen::Isometry3d zero_from_part_ = ClampedByHand(part_, 1, 1, seed() + 300);
   const std::shared_ptr<const Shape> blade_ = std::make_shared<TriangleShape>(part_.mesh);

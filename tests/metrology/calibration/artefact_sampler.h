@@ -15,8 +15,8 @@ namespace sixpoint::testing {
 
 struct ArtefactBench {
   metrology::Artefact artefact;
-  metrology::SensorPose sensor;             // the truth
-  Eigen::Isometry3d machine_from_artefact;  // the truth
+  metrology::SensorPose sensor = metrology::SensorPose::Exact();  // the truth
+  Eigen::Isometry3d machine_from_artefact;                        // the truth
   metrology::LineSensorOptics optics;
   double touch_noise_mm = metrology::kTouchUncertaintyMm;
   double pitch_mm = 0.1;

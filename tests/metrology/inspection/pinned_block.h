@@ -19,7 +19,7 @@ TriangleMesh BlockMesh();
 
 // A machine with a turned sensor and axes that do not meet; the block stands on it, a pin in each of two holes.
 struct PinnedBlock {
-  SensorPose sensor;
+  SensorPose sensor = SensorPose::Exact();
   RotaryAxes axes;
   RegisteredPose pose = ExactPose(Eigen::Isometry3d::Identity());
   std::vector<InspectedHole> holes;

@@ -46,7 +46,7 @@ TEST(PlantPins, AreMeasuredWithinAQuarterMicrometre) {
   std::ifstream dataset_file(folder + "dataset.json"), truth_file(folder + "truth.json");
   if (!dataset_file || !truth_file) GTEST_SKIP() << "no plant-a under SIXPOINT_SHARED_DIR";
   const json dataset = json::parse(dataset_file), truth = json::parse(truth_file);
-  SensorPose sensor;
+  SensorPose sensor = SensorPose::Exact();
   const Eigen::Isometry3d zero_from_part = testing::PoseOf(truth["zero_from_part"]);
   for (int i = 0; i < 3; ++i) sensor.rotation.row(i) = VectorOf(truth["machine_from_sensor_rotation"][i]);
   sensor.t_sm_mm = VectorOf(truth["T_sm_mm"]);

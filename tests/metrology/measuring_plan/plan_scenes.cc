@@ -35,7 +35,7 @@ JointChain PlanChain(const PlanMachine& machine) {
 }
 
 SensorPose TiltedSensor() {
-  SensorPose sensor;
+  SensorPose sensor = SensorPose::Exact();
   sensor.rotation = RotationFromCardan({0.4 * kPlanDegree, -0.7 * kPlanDegree, 1.0 * kPlanDegree});
   sensor.t_sm_mm = {15, -42, 85};
   return sensor;

@@ -37,7 +37,7 @@ absl::StatusOr<PlantBlank> Measured(const std::string& folder) {
   if (!mesh.ok()) return mesh.status();
   PlantBlank blank;
   blank.surface = *Surface::Prepare(*mesh);
-  SensorPose sensor;
+  SensorPose sensor = SensorPose::Exact();
   for (int row = 0; row < 3; ++row)
     sensor.rotation.row(row) = VectorOf(truth["machine_from_sensor_rotation"][static_cast<std::size_t>(row)]);
   sensor.t_sm_mm = VectorOf(truth["T_sm_mm"]);

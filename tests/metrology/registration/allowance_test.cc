@@ -48,7 +48,8 @@ Points Blank(const std::array<double, 6>& faces_mm, double noise_mm, std::uint64
 AllowanceFit FitWithStock(const Points& points, AllowanceOptions allowance,
                           const Isometry3d& start = Isometry3d::Identity(), const FitOptions& options = {}) {
   allowance.least_side_part = std::min(allowance.least_side_part, 0.6);
-  auto fit = FitWithAllowance(*BoxSurface(), {PortionAtZero(points)}, start, allowance, {}, options);
+  auto fit =
+      FitWithAllowance(*BoxSurface(), {PortionAtZero(points)}, start, allowance, MachineCalibration::Exact(), options);
   EXPECT_TRUE(fit.ok()) << fit.status();
   return fit.ok() ? *fit : AllowanceFit();
 }
@@ -143,7 +144,8 @@ TEST(Allowance, UsesTheLowerTolerance) {
 }
 
 AllowanceFit FitSeen(const Points& points, const AllowanceOptions& allowance = {}, const FitOptions& options = {}) {
-  auto fit = FitWithAllowance(*BoxSurface(), {PortionAtZero(points)}, Isometry3d::Identity(), allowance, {}, options);
+  auto fit = FitWithAllowance(*BoxSurface(), {PortionAtZero(points)}, Isometry3d::Identity(), allowance,
+                              MachineCalibration::Exact(), options);
   EXPECT_TRUE(fit.ok()) << fit.status();
   return fit.ok() ? *fit : AllowanceFit();
 }
@@ -246,7 +248,9 @@ TEST(Allowance, StatedCovarianceIsWhatNoiseDoes) {
 TEST(Allowance, RefusesWhatCannotBeMeant) {
   const Points points = Blank({10.4, 10.8, 5.5, 5.3, 3.4, 3.6}, 0, 7);
   const auto status = [&](const AllowanceOptions& allowance) {
-    return FitWithAllowance(*BoxSurface(), {PortionAtZero(points)}, Isometry3d::Identity(), allowance, {}, {}).status();
+    return FitWithAllowance(*BoxSurface(), {PortionAtZero(points)}, Isometry3d::Identity(), allowance,
+                            MachineCalibration::Exact(), {})
+        .status();
   };
   AllowanceOptions bad;
   bad.least_stock_mm = 11;
@@ -264,9 +268,11 @@ TEST(Allowance, RefusesWhatCannotBeMeant) {
       << status(bad);
   Isometry3d away = Isometry3d::Identity();
   away.translation().x() = 100;
-  EXPECT_NE(
-      FitWithAllowance(*BoxSurface(), {PortionAtZero(points)}, away, {}, {}, {}).status().message().find("scans: 0"),
-      std::string::npos);
+  EXPECT_NE(FitWithAllowance(*BoxSurface(), {PortionAtZero(points)}, away, {}, MachineCalibration::Exact(), {})
+                .status()
+                .message()
+                .find("scans: 0"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ AxisPositioning Characterised(const TrueAxis& axis, std::mt19937_64* random) {
 
 // Axes that neither meet nor lie along Y and X, beside the blade.
 MachineCalibration SkewedMachine() {
-  MachineCalibration machine;
+  MachineCalibration machine = MachineCalibration::Exact();
   machine.axes.a = {Eigen::Vector3d(1e-3, 1, -2e-3).normalized(), {10, 40, -230}};
   machine.axes.b = {Eigen::Vector3d(1, -1e-3, 3e-3).normalized(), {12, 42, -228}};
   return machine;
@@ -59,7 +59,7 @@ const Points& PointsOnBlade() {
 }
 
 struct Measured {
-  MachineCalibration machine;  // with the tables
+  MachineCalibration machine = MachineCalibration::Exact();  // with the tables
   std::vector<LineScan> scans;
   Travel a_travel = Travel::kForward, b_travel = Travel::kForward;
 };

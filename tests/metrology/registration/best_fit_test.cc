@@ -134,16 +134,20 @@ TEST(BestFit, APlaneLeavesThreeDirectionsFree) {
 
 TEST(BestFit, RefusesWhatCannotBeFitted) {
   const Points few = Scanned(Spread(*BladeSurface(), 5, 10).points_mm, BladePose(), 0, 10);
-  EXPECT_EQ(FitToSurface(*BladeSurface(), {PortionAtZero(few)}, StartPose(), {}, {}).status().code(),
-            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(
+      FitToSurface(*BladeSurface(), {PortionAtZero(few)}, StartPose(), MachineCalibration::Exact(), {}).status().code(),
+      absl::StatusCode::kInvalidArgument);
   const Points many = Scanned(Spread(*BladeSurface(), 500, 10).points_mm, BladePose(), 0, 10);
   Isometry3d start = StartPose();
   start.translation().x() = std::nan("");
-  EXPECT_EQ(FitToSurface(*BladeSurface(), {PortionAtZero(many)}, start, {}, {}).status().code(),
-            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(
+      FitToSurface(*BladeSurface(), {PortionAtZero(many)}, start, MachineCalibration::Exact(), {}).status().code(),
+      absl::StatusCode::kInvalidArgument);
   FitOptions stopped;
   stopped.keep_going = [] { return false; };
-  EXPECT_EQ(FitToSurface(*BladeSurface(), {PortionAtZero(many)}, StartPose(), {}, stopped).status().code(),
+  EXPECT_EQ(FitToSurface(*BladeSurface(), {PortionAtZero(many)}, StartPose(), MachineCalibration::Exact(), stopped)
+                .status()
+                .code(),
             absl::StatusCode::kCancelled);
 }
 
@@ -184,7 +188,7 @@ TEST(BestFit, NoPointBeyondAnEdgeHoldsAWeakDirection) {
     for (Eigen::Index k = 0; k < 6; ++k) off[k] = (k < 3 ? 5e-3 : 0.3) * normal(random);
     const auto fit =
         FitToSurface(*blade, {PortionAtZero(Scanned(samples.points_mm, Isometry3d::Identity(), kNoiseMm, seed))},
-                     Perturbed(Isometry3d::Identity(), off, Vector3d::Zero()), {}, {});
+                     Perturbed(Isometry3d::Identity(), off, Vector3d::Zero()), MachineCalibration::Exact(), {});
     ASSERT_TRUE(fit.ok()) << fit.status();
     ASSERT_EQ(fit->outcome, Outcome::kConverged) << draw << ": " << fit->evidence.remark;
     const Vector3d reference = Placed(*fit).noise_covariance.reference_mm;
@@ -202,7 +206,7 @@ TEST(BestFit, NoPointBeyondAnEdgeHoldsAWeakDirection) {
 
 // Against a second fit of the same sensor points, mapped with each calibration parameter moved.
 TEST(BestFit, CalibrationSensitivityIsTheDerivative) {
-  MachineCalibration calibration;
+  MachineCalibration calibration = MachineCalibration::Exact();
   calibration.sensor.rotation = RotationFromCardan({0.002, 0.008, 0.005});
   calibration.sensor.t_sm_mm = {14, -41, 85};
   calibration.sensor.field = {60, 60};  // as far as these points lie from the sensor's origin

@@ -71,8 +71,9 @@ class Cancellation : public ::testing::Test {
 };
 
 TEST_F(Cancellation, OfABestFit) {
-  ExpectStopsInTime(
-      [](const FitOptions& options) { return FitToSurface(Blade(), Scans(), StartPose(), {}, options).status(); });
+  ExpectStopsInTime([](const FitOptions& options) {
+    return FitToSurface(Blade(), Scans(), StartPose(), MachineCalibration::Exact(), options).status();
+  });
 }
 
 TEST_F(Cancellation, OfACoarseStart) {
@@ -87,7 +88,7 @@ TEST_F(Cancellation, OfAnAllowance) {
   allowance.patch_mm = 0.5;
   allowance.least_points = 1;
   ExpectStopsInTime([&](const FitOptions& options) {
-    return FitWithAllowance(Blade(), Scans(), StartPose(), allowance, {}, options).status();
+    return FitWithAllowance(Blade(), Scans(), StartPose(), allowance, MachineCalibration::Exact(), options).status();
   });
 }
 

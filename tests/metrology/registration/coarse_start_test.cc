@@ -41,7 +41,7 @@ TEST(CoarseStart, FindsThePartFromAnyPose) {
                         .toRotationMatrix();
     pose.translation() = Vector3d(40, -30, 25) - pose.linear() * kPartCentreMm;
     const auto portions = ViewsOfBlade(pose, 10 + static_cast<std::uint64_t>(draw), 2);
-    const auto fit = FitToSurface(*BladeSurface(), portions, BladePose(), {}, options);
+    const auto fit = FitToSurface(*BladeSurface(), portions, BladePose(), MachineCalibration::Exact(), options);
     ASSERT_TRUE(fit.ok()) << fit.status();
     EXPECT_EQ(fit->outcome, Outcome::kConverged) << draw << ": " << fit->evidence.remark;
     // The bound is 0.2 um at the worst vertex; ten times that.
@@ -53,7 +53,8 @@ TEST(CoarseStart, IsNotUsedUnlessAsked) {
   Isometry3d pose = BladePose();
   pose.linear() = RotationFromVector({2, 1, 0}) * pose.linear();
   pose.translation() = Vector3d(20, 50, -190) - pose.linear() * kPartCentreMm;
-  const auto fit = FitToSurface(*BladeSurface(), ViewsOfBlade(pose, 1, 2), BladePose(), {}, {});
+  const auto fit =
+      FitToSurface(*BladeSurface(), ViewsOfBlade(pose, 1, 2), BladePose(), MachineCalibration::Exact(), {});
   ASSERT_TRUE(fit.ok());
   EXPECT_NE(fit->outcome, Outcome::kConverged);
 }

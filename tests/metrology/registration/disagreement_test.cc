@@ -27,7 +27,7 @@ TEST(Disagreement, IsTheGreatestDisplacementByItsUncertainty) {
   Eigen::Isometry3d moved = BladePose();
   moved.translation() += Vector3d(0, 0.025, 0);
   const PoseFit other = At(moved, 4e-3);
-  const auto found = DisagreementOf(*BladeSurface(), one, other, {}, Matrix6d::Zero(), {});
+  const auto found = DisagreementOf(*BladeSurface(), one, other, MachineCalibration::Exact(), Matrix6d::Zero(), {});
   ASSERT_TRUE(found.ok()) << found.status();
   EXPECT_NEAR(found->greatest_mm, 0.025, 1e-12);
   EXPECT_NEAR(found->standard_uncertainty_mm, 5e-3, 1e-12);
@@ -35,33 +35,34 @@ TEST(Disagreement, IsTheGreatestDisplacementByItsUncertainty) {
   EXPECT_TRUE(found->beyond);
   Matrix6d more = Matrix6d::Zero();
   more(4, 4) = 0.012 * 0.012;
-  const auto less = DisagreementOf(*BladeSurface(), one, other, {}, more, {});
+  const auto less = DisagreementOf(*BladeSurface(), one, other, MachineCalibration::Exact(), more, {});
   EXPECT_NEAR(less->standard_uncertainty_mm, 13e-3, 1e-12);
   EXPECT_FALSE(less->beyond);
-  EXPECT_EQ(DisagreementOf(*BladeSurface(), one, one, {}, more, {})->ratio, 0);
+  EXPECT_EQ(DisagreementOf(*BladeSurface(), one, one, MachineCalibration::Exact(), more, {})->ratio, 0);
 
   // A turn about the centroid: least near it, greatest at an end.
   Vector6d turn = Vector6d::Zero();
   turn[0] = 1e-3;
   const PoseFit turned = At(Perturbed(BladePose(), turn, BladePose() * kPartCentreMm), 1e-3);
-  const auto whole = DisagreementOf(*BladeSurface(), one, turned, {}, Matrix6d::Zero(), {});
+  const auto whole = DisagreementOf(*BladeSurface(), one, turned, MachineCalibration::Exact(), Matrix6d::Zero(), {});
   EXPECT_NEAR(whole->greatest_mm,
               GreatestDisplacement(*BladeSurface(), Placed(one).zero_from_part, Placed(turned).zero_from_part), 1e-12);
   FitOptions region;
   region.regions_in.push_back({Region::Shape::kBall, kPartCentreMm, Vector3d::Constant(4)});
-  const auto within = DisagreementOf(*BladeSurface(), one, turned, {}, Matrix6d::Zero(), region);
+  const auto within =
+      DisagreementOf(*BladeSurface(), one, turned, MachineCalibration::Exact(), Matrix6d::Zero(), region);
   EXPECT_LT(within->greatest_mm, 5e-3);
   EXPECT_LT((within->point_mm - kPartCentreMm).norm(), 5);
 
   PoseFit none = one;
   none.Withdraw(Outcome::kNotConverged, "");
-  EXPECT_EQ(DisagreementOf(*BladeSurface(), one, none, {}, more, {}).status().code(),
+  EXPECT_EQ(DisagreementOf(*BladeSurface(), one, none, MachineCalibration::Exact(), more, {}).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
 
 // What both poses take from the calibrations alike is not in the difference.
 TEST(Disagreement, LeavesOutWhatTheCalibrationsMoveAlike) {
-  MachineCalibration calibration;
+  MachineCalibration calibration = MachineCalibration::Exact();
   calibration.sensor.covariance = 1e-4 * Matrix6d::Identity();
   PoseSensitivity sensitivity = PoseSensitivity::Zero();
   sensitivity.bottomRows<3>().leftCols<6>().rightCols<3>().setIdentity();
@@ -91,11 +92,12 @@ TEST(Disagreement, NoiseAloneIsSeldomFlagged) {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     const SpreadSamples samples = Spread(*BladeSurface(), 60000, 100 + seed);
     const std::vector<ScanPortion> portions = {PortionAtZero(Scanned(samples.points_mm, BladePose(), 2e-3, seed))};
-    const auto best = FitToSurface(*BladeSurface(), portions, StartPose(), {}, {});
+    const auto best = FitToSurface(*BladeSurface(), portions, StartPose(), MachineCalibration::Exact(), {});
     ASSERT_TRUE(best.ok());
-    const auto six = FitSixPoints(*BladeSurface(), portions, datums, *best, SixPointVariant::kPairs, {}, {});
+    const auto six = FitSixPoints(*BladeSurface(), portions, datums, *best, SixPointVariant::kPairs,
+                                  MachineCalibration::Exact(), {});
     ASSERT_TRUE(six.ok());
-    const auto found = DisagreementOf(*BladeSurface(), *six, *best, {}, Matrix6d::Zero(), {});
+    const auto found = DisagreementOf(*BladeSurface(), *six, *best, MachineCalibration::Exact(), Matrix6d::Zero(), {});
     ASSERT_TRUE(found.ok()) << found.status();
     beyond += found->beyond ? 1 : 0;
     ratios += found->ratio / 40;

@@ -80,7 +80,8 @@ TEST(DegreesOfFreedom, WhatIsHeldIsAsUncertainAsIsStated) {
   }
   for (const int free : {0, 2, 4, 5}) EXPECT_EQ(columns.col(free).norm(), 0) << free;
   options.held_shift_mm = -1;
-  EXPECT_FALSE(FitToSurface(*BladeSurface(), {PortionAtZero(zero)}, StartPose(), {}, options).ok());
+  EXPECT_FALSE(
+      FitToSurface(*BladeSurface(), {PortionAtZero(zero)}, StartPose(), MachineCalibration::Exact(), options).ok());
 }
 
 TEST(DegreesOfFreedom, OneAloneMoves) {
@@ -137,7 +138,8 @@ TEST(Regions, WithoutPointsAreRefused) {
   nowhere.half_mm = Vector3d::Constant(1);
   options.regions_in = {nowhere};
   const Points zero = Scanned(Spread(*BladeSurface(), 3000, 24).points_mm, BladePose(), kNoiseMm, 24);
-  const auto fit = FitToSurface(*BladeSurface(), {PortionAtZero(zero)}, StartPose(), {}, options);
+  const auto fit =
+      FitToSurface(*BladeSurface(), {PortionAtZero(zero)}, StartPose(), MachineCalibration::Exact(), options);
   EXPECT_EQ(fit.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_NE(fit.status().message().find("regions: 0 points"), std::string::npos) << fit.status();
 }
@@ -170,7 +172,9 @@ TEST(ScanWeights, AreRefusedWhereTheyMeanNothing) {
   FitOptions options;
   for (const std::vector<double>& weights : {std::vector<double>{0.0}, {-1.0}, {std::nan("")}, {1.0, 1.0}}) {
     options.scan_weights = weights;
-    const auto status = FitToSurface(*BladeSurface(), {PortionAtZero(zero)}, StartPose(), {}, options).status();
+    const auto status =
+        FitToSurface(*BladeSurface(), {PortionAtZero(zero)}, StartPose(), MachineCalibration::Exact(), options)
+            .status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
     EXPECT_NE(status.message().find("scan_weights"), std::string::npos);
   }
@@ -249,8 +253,9 @@ TEST(TipTrap, TheLossDoesNotTakeTheTipForForeign) {
       samples.points_mm.insert(samples.points_mm.end(), tip.points_mm.begin(), tip.points_mm.end());
       Isometry3d start = Isometry3d::Identity();
       start.translation().z() = off_mm;
-      const auto fit = FitToSurface(
-          *surface, {PortionAtZero(Scanned(samples.points_mm, Isometry3d::Identity(), kNoiseMm, seed))}, start, {}, {});
+      const auto fit =
+          FitToSurface(*surface, {PortionAtZero(Scanned(samples.points_mm, Isometry3d::Identity(), kNoiseMm, seed))},
+                       start, MachineCalibration::Exact(), {});
       ASSERT_TRUE(fit.ok()) << fit.status();
       EXPECT_EQ(fit->outcome, Outcome::kConverged) << fit->evidence.remark;
       // A thousand points of 2 um hold the span to 0.06 um; four of those.

@@ -43,8 +43,8 @@ Isometry3d Start(const Surface& surface) {
 }
 
 PoseFit FitToDrawn(const Surface& surface, const Points& part_mm, std::uint64_t seed, const FitOptions& options = {}) {
-  auto fit =
-      FitToSurface(surface, {PortionAtZero(Scanned(part_mm, Pose(), kNoiseMm, seed))}, Start(surface), {}, options);
+  auto fit = FitToSurface(surface, {PortionAtZero(Scanned(part_mm, Pose(), kNoiseMm, seed))}, Start(surface),
+                          MachineCalibration::Exact(), options);
   EXPECT_TRUE(fit.ok()) << fit.status();
   return fit.ok() ? *fit : PoseFit();
 }
@@ -91,7 +91,8 @@ TEST(ForeignCadFit, ADatumBesideADrawnHoleIsSeenAsOnABlank) {
   const SpreadSamples samples = Spread(*DrawnSurface({}), 60'000, 1);
   const ScanPortion portion = PortionAtZero(Scanned(samples.points_mm, Pose(), kNoiseMm, 1));
   const Vector3d datum(0.8, -2.5, 15);
-  const LocalHeight height = HeightAt(*drawn, {portion}, datum, {0, -1, 0}, Pose(), MachineCalibration(), 0.5e-3);
+  const LocalHeight height =
+      HeightAt(*drawn, {portion}, datum, {0, -1, 0}, Pose(), MachineCalibration::Exact(), 0.5e-3);
   ASSERT_GE(height.point_count, kLeastLocalPoints);
   EXPECT_LT(std::abs(height.height_mm), 4 * height.standard_uncertainty_mm);
 }
@@ -139,7 +140,7 @@ TEST(ForeignCadFit, ALocalFitAtAGapIsAsUncertainAsTheGap) {
       for (std::size_t i = 0; i < samples.points_mm.size(); ++i)
         samples.points_mm[i] += share * gapped->GapNear(samples.points_mm[i]) * samples.normals[i];
       const std::vector<ScanPortion> portions = {PortionAtZero(Scanned(samples.points_mm, Pose(), kNoiseMm, seed))};
-      const auto fit = FitToSurface(*gapped, portions, Pose(), {}, options);
+      const auto fit = FitToSurface(*gapped, portions, Pose(), MachineCalibration::Exact(), options);
       ASSERT_TRUE(fit.ok()) << fit.status();
       ASSERT_EQ(fit->outcome, Outcome::kConverged) << fit->evidence.remark;
       const PlacedPose& placed = Placed(*fit);
@@ -179,7 +180,7 @@ AllowanceFit FitBlankWithPit(const Surface& surface, const Vector3d& pit_mm, dou
   AllowanceOptions allowance;
   allowance.least_side_part = 0;
   auto fit = FitWithAllowance(surface, {PortionAtZero(Scanned(points_mm, Pose(), kNoiseMm, seed))}, Pose(), allowance,
-                              {}, options);
+                              MachineCalibration::Exact(), options);
   EXPECT_TRUE(fit.ok()) << fit.status();
   return fit.ok() ? *std::move(fit) : AllowanceFit();
 }

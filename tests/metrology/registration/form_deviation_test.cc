@@ -67,7 +67,7 @@ Seen FitOneSide(double form_mm, double wave_mm, std::uint64_t seed) {
   FitOptions options;
   options.thread_count = 1;
   const auto fit = FitToSurface(*BladeSurface(), {PortionAtZero(Scanned(samples.points_mm, BladePose(), 2e-3, seed))},
-                                StartPose(), {}, options);
+                                StartPose(), MachineCalibration::Exact(), options);
   EXPECT_TRUE(fit.ok()) << fit.status();
   if (!fit.ok() || !fit->placed) return {};  // a few do not rest, and say so
   const PlacedPose& placed = *fit->placed;

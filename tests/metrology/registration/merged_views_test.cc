@@ -13,7 +13,7 @@ constexpr double kCentreMm = 1e-3;
 
 // What is believed of the machine: the second axis' place to a micrometre.
 MachineCalibration MachineOnCentre() {
-  MachineCalibration machine;
+  MachineCalibration machine = MachineCalibration::Exact();
   machine.axes.a = {Vector3d::UnitY(), {10, 40, -230}};
   machine.axes.b = {Vector3d::UnitX(), {12, 42, -228}};
   machine.axes_covariance(6, 6) = machine.axes_covariance(7, 7) = kCentreMm * kCentreMm;

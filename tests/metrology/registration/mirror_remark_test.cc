@@ -72,7 +72,7 @@ struct Stand {
 
 std::string RemarkOn(const Surface& cad, const std::vector<ScanPortion>& portions, const Isometry3d& nominal,
                      const FitOptions& options = {}) {
-  const auto remark = MirrorRemark(cad, portions, nominal, {}, options);
+  const auto remark = MirrorRemark(cad, portions, nominal, MachineCalibration::Exact(), options);
   EXPECT_TRUE(remark.ok()) << remark.status();
   return remark.ok() ? *remark : "";
 }
@@ -91,7 +91,7 @@ TEST(MirrorRemark, SaysThatTheCadIsMirrored) {
         ViewsOfBody(*truth, stand.zero_from_body, 2, seed, [&](const Vector3d& p, const Vector3d& normal) {
           return Vector3d(seed % 2 == 0 ? p : p + 0.1 * std::sin(0.3 * p.z()) * normal);
         });
-    const auto fit = FitToSurface(cad, portions, stand.nominal, {}, {});
+    const auto fit = FitToSurface(cad, portions, stand.nominal, MachineCalibration::Exact(), {});
     ASSERT_TRUE(fit.ok()) << fit.status();
     EXPECT_NE(fit->outcome, Outcome::kConverged) << seed;
     const std::string remark = RemarkOn(cad, portions, stand.nominal);
@@ -210,7 +210,7 @@ TEST(MirrorRemark, SameOnAnyNumberOfThreadsSoonDoneAndStoppedWhenToldTo) {
 
   int asked = 0;
   options.keep_going = [&] { return ++asked < 3; };
-  const auto stopped = MirrorRemark(*cad, portions, stand.nominal, {}, options);
+  const auto stopped = MirrorRemark(*cad, portions, stand.nominal, MachineCalibration::Exact(), options);
   EXPECT_TRUE(absl::IsCancelled(stopped.status())) << stopped.status();
 }
 

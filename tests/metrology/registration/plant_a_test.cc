@@ -83,7 +83,7 @@ class PlantA : public ::testing::Test {
 
   std::string folder_;
   json dataset_;
-  MachineCalibration calibration_;
+  MachineCalibration calibration_ = MachineCalibration::Exact();
   Eigen::Isometry3d truth_, nominal_;
   Points judged_mm_, judged_g2_mm_;
   std::vector<DatumPoint> datums_;

@@ -89,7 +89,8 @@ inline Points Scanned(const Points& part_mm, const Eigen::Isometry3d& zero_from_
 }
 
 inline PoseFit FitToBlade(const std::vector<ScanPortion>& portions, const FitOptions& options = {},
-                          const Eigen::Isometry3d& start = StartPose(), const MachineCalibration& calibration = {}) {
+                          const Eigen::Isometry3d& start = StartPose(),
+                          const MachineCalibration& calibration = MachineCalibration::Exact()) {
   auto fit = FitToSurface(*BladeSurface(), portions, start, calibration, options);
   EXPECT_TRUE(fit.ok()) << fit.status();
   return fit.ok() ? *fit : PoseFit();

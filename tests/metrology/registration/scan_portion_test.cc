@@ -104,10 +104,10 @@ TEST(Thinner, TellsWhatItsPortionFollowsFrom) {
   Thinning fewer = Dense();
   fewer.target_count = 100;
   EXPECT_NE(usual, of(scan, {}, fewer));
-  MachineCalibration mounted;
+  MachineCalibration mounted = MachineCalibration::Exact();
   mounted.sensor.t_sm_mm.z() = 1e-9;
   EXPECT_NE(usual, of(scan, mounted, Dense()));
-  MachineCalibration bent;
+  MachineCalibration bent = MachineCalibration::Exact();
   bent.sensor.field = {20, 20};
   bent.sensor.measured_field.emplace().terms_mm[0] = 1e-6;
   EXPECT_NE(usual, of(scan, bent, Dense()));

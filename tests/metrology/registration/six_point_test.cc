@@ -28,7 +28,7 @@ struct FittedScan {
 FittedScan FitScan(const SpreadSamples& samples, double noise_mm) {
   FittedScan registered;
   registered.portions = {PortionAtZero(Scanned(samples.points_mm, BladePose(), noise_mm, 21))};
-  auto fit = FitToSurface(*BladeSurface(), registered.portions, StartPose(), {}, {});
+  auto fit = FitToSurface(*BladeSurface(), registered.portions, StartPose(), MachineCalibration::Exact(), {});
   EXPECT_TRUE(fit.ok()) << fit.status();
   registered.best_fit = *fit;
   return registered;
@@ -37,7 +37,8 @@ FittedScan FitScan(const SpreadSamples& samples, double noise_mm) {
 TEST(SixPoint, KeepsThePoseOfATruePart) {
   const FittedScan registered = FitScan(Spread(*BladeSurface(), 150000, 20), 2e-3);
   for (const SixPointVariant variant : {SixPointVariant::kPairs, SixPointVariant::kNormals}) {
-    const auto fit = FitSixPoints(*BladeSurface(), registered.portions, Nest(), registered.best_fit, variant, {}, {});
+    const auto fit = FitSixPoints(*BladeSurface(), registered.portions, Nest(), registered.best_fit, variant,
+                                  MachineCalibration::Exact(), {});
     ASSERT_TRUE(fit.ok()) << fit.status();
     ASSERT_EQ(fit->outcome, Outcome::kConverged) << fit->evidence.remark;
     // Each local fit is good to about 0.5 um (60 points and more); the nest multiplies by its condition.
@@ -56,14 +57,14 @@ TEST(SixPoint, NormalsTakeEveryDistanceToZero) {
   const FittedScan registered = FitScan(samples, 0);
   ASSERT_EQ(registered.best_fit.outcome, Outcome::kConverged);
   const auto fit = FitSixPoints(*BladeSurface(), registered.portions, Nest(), registered.best_fit,
-                                SixPointVariant::kNormals, {}, {});
+                                SixPointVariant::kNormals, MachineCalibration::Exact(), {});
   ASSERT_TRUE(fit.ok());
   ASSERT_EQ(fit->outcome, Outcome::kConverged) << fit->evidence.remark;
   double before = 0;
   for (const DatumDistance& datum : fit->evidence.datums) before = std::max(before, std::abs(datum.distance_mm));
   EXPECT_GT(before, 0.01);
-  const auto again =
-      FitSixPoints(*BladeSurface(), registered.portions, Nest(), *fit, SixPointVariant::kNormals, {}, {});
+  const auto again = FitSixPoints(*BladeSurface(), registered.portions, Nest(), *fit, SixPointVariant::kNormals,
+                                  MachineCalibration::Exact(), {});
   ASSERT_TRUE(again.ok());
   for (const DatumDistance& datum : again->evidence.datums) EXPECT_LT(std::abs(datum.distance_mm), 2e-4) << datum.name;
 }
@@ -77,7 +78,7 @@ TEST(SixPoint, RefusesADegenerateNest) {
     datums[i] = {"D" + std::to_string(i + 1), on.point_mm, on.normal};
   }
   const auto fit = FitSixPoints(*BladeSurface(), registered.portions, datums, registered.best_fit,
-                                SixPointVariant::kNormals, {}, {});
+                                SixPointVariant::kNormals, MachineCalibration::Exact(), {});
   ASSERT_TRUE(fit.ok()) << fit.status();
   EXPECT_EQ(fit->outcome, Outcome::kNotDetermined);
   EXPECT_GT(fit->evidence.condition_number, 2000);
@@ -89,8 +90,8 @@ TEST(SixPoint, SaysWhichDatumHasNoPoints) {
                      [](const SurfacePoint& on) { return on.point_mm.z() < kPartCentreMm.z() + 10; }),
               0);
   ASSERT_EQ(registered.best_fit.outcome, Outcome::kConverged);
-  const auto fit =
-      FitSixPoints(*BladeSurface(), registered.portions, Nest(), registered.best_fit, SixPointVariant::kPairs, {}, {});
+  const auto fit = FitSixPoints(*BladeSurface(), registered.portions, Nest(), registered.best_fit,
+                                SixPointVariant::kPairs, MachineCalibration::Exact(), {});
   ASSERT_TRUE(fit.ok());
   EXPECT_EQ(fit->outcome, Outcome::kTooLittleOverlap);
   EXPECT_NE(fit->evidence.remark.find("D3"), std::string::npos) << fit->evidence.remark;
@@ -99,8 +100,8 @@ TEST(SixPoint, SaysWhichDatumHasNoPoints) {
 TEST(SixPoint, RefusesDatumsThatAreNotOnTheSurface) {
   const FittedScan registered = FitScan(Spread(*BladeSurface(), 20000, 25), 0);
   const auto code = [&](const std::vector<DatumPoint>& datums) {
-    return FitSixPoints(*BladeSurface(), registered.portions, datums, registered.best_fit, SixPointVariant::kPairs, {},
-                        {})
+    return FitSixPoints(*BladeSurface(), registered.portions, datums, registered.best_fit, SixPointVariant::kPairs,
+                        MachineCalibration::Exact(), {})
         .status()
         .code();
   };

@@ -23,7 +23,7 @@ const TriangleMesh& Body() {
 
 // How the sensor is stated to stand: looking at the blade, turned against every axis.
 SensorPose Stated() {
-  SensorPose sensor;
+  SensorPose sensor = SensorPose::Exact();
   sensor.cloud = CloudKind::kSnapshot;
   sensor.rotation = RotationFromCardan({0.4, -0.3, 0.2});
   sensor.t_sm_mm = BladePose() * kPartCentreMm + Vector3d(60, -20, 35);
@@ -117,7 +117,7 @@ Judged Judge(const PlacedPose& placed, const Isometry3d& truth, const Surface& s
 // The stated pose of the sensor is drawn anew for each cloud, from what is stated of it. The certificate's shift has what merging leaves
 // of the views in it; the record states the distortion.
 MachineCalibration CalibrationOf(const SensorPose& sensor, const SnapshotWorld& world) {
-  MachineCalibration calibration;
+  MachineCalibration calibration = MachineCalibration::Exact();
   calibration.sensor = sensor;
   calibration.sensor.field = ScannerField::OfSnapshot(300, 60, 0.2);
   calibration.further.push_back(
@@ -180,7 +180,7 @@ INSTANTIATE_TEST_SUITE_P(TwoToFour, Merged, ::testing::Values(2, 3, 4));
 // In mm taken for metres, and the other way round: never a pose.
 TEST(Snapshot, AnotherUnitIsNoPose) {
   const Points part_mm = SnapshotOf(*BladeSurface(), Body(), {}, 5);
-  MachineCalibration calibration;
+  MachineCalibration calibration = MachineCalibration::Exact();
   calibration.sensor = Stated();
   for (const double factor : {1e-3, 1 / 25.4, 25.4}) {
     LineScan scan = ScanOf(AtZero(part_mm), Stated(), Vector3d::Zero());
@@ -193,7 +193,7 @@ TEST(Snapshot, AnotherUnitIsNoPose) {
 
 // Turned in any way and 50 mm off: from one view, and from several that were merged, though nobody knows from where points were seen.
 TEST(Snapshot, IsFoundFromACoarseStart) {
-  MachineCalibration calibration;
+  MachineCalibration calibration = MachineCalibration::Exact();
   calibration.sensor = Stated();
   FitOptions options;
   options.coarse_start = true;
@@ -226,7 +226,7 @@ TEST(Snapshot, IsFoundFromACoarseStart) {
 // Taken for profiles, it is sheared, and stands elsewhere or nowhere.
 TEST(Snapshot, TakenForProfilesItIsNoPoseOfTheBlade) {
   const LineScan scan = ScanOf(AtZero(SnapshotOf(*BladeSurface(), Body(), {}, 6)), Stated(), Vector3d::Zero());
-  MachineCalibration calibration;
+  MachineCalibration calibration = MachineCalibration::Exact();
   calibration.sensor = Stated();
   calibration.sensor.cloud = CloudKind::kProfiles;
   const auto fit = FitToSurface(*BladeSurface(), {Thin(scan, calibration, Thinning())}, StartPose(), calibration, {});

@@ -107,7 +107,7 @@ absl::StatusOr<Registered> RegisterAt(const Fixture& fixture, std::size_t statio
   task.options.coarse_start = coarse_start;
   task.options.thread_count = threads;
   for (ScanPortion& portion : portions) LeaveOutOthers(*BladeSurface(), *task.station, threads, &portion);
-  return Register({*BladeSurface(), portions, {}}, task);
+  return Register({*BladeSurface(), portions, MachineCalibration::Exact()}, task);
 }
 
 double ErrorAtStationUm(const Registered& registered, const Isometry3d& truth) {
@@ -250,7 +250,7 @@ TEST(Station, SaysHowFarOffItWouldStand) {
   Isometry3d far = fixture.nominal[0];
   far.translation().x() += 3.5;
   fit.placed.emplace(far, Vector3d::Zero(), Matrix6d::Identity(),
-                     MappingSensitivity::Zero(6, kCalibrationParameterCount), MachineCalibration());
+                     MappingSensitivity::Zero(6, kCalibrationParameterCount), MachineCalibration::Exact());
   HoldToStation(*BladeSurface(), {}, fixture.At(0), FitOptions(), &fit);
   EXPECT_EQ(fit.outcome, Outcome::kNotConverged);
   EXPECT_FALSE(fit.placed.has_value());

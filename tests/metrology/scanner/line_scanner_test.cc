@@ -6,7 +6,7 @@ namespace sixpoint::metrology {
 namespace {
 
 SensorPose MisMounted() {
-  SensorPose sensor;
+  SensorPose sensor = SensorPose::Exact();
   sensor.rotation = RotationFromCardan({0.002, 0.008, 0.005});
   sensor.t_sm_mm = Eigen::Vector3d(14.8, -41.7, 85.4);
   return sensor;

@@ -4,7 +4,10 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <limits>
 #include <random>
+
+#include "metrology/statistics/standard_deviation.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -20,6 +23,20 @@ TEST(DistanceQuantile, IsTheChiDistributionsWhereVariancesAreEqual) {
 }
 
 TEST(DistanceQuantile, IsNothingForAPointThatIsKnown) { EXPECT_EQ(DistanceQuantile(Eigen::Matrix3d::Zero(), 0.95), 0); }
+
+// A covariance that was never computed is no point that is known exactly.
+TEST(DistanceQuantile, IsNoNumberOfWhatIsNone) {
+  for (const double none : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    EXPECT_TRUE(std::isnan(DistanceQuantile(Diagonal(4, none, 0), 0.95)));
+    EXPECT_TRUE(std::isnan(DistanceQuantile(Eigen::Matrix3d::Constant(none), 0.95)));
+  }
+}
+
+TEST(StandardDeviation, IsTheRootAndKeepsWhatIsNoNumber) {
+  EXPECT_EQ(StandardDeviation(4), 2);
+  EXPECT_EQ(StandardDeviation(-1e-18), 0) << "rounding";
+  EXPECT_TRUE(std::isnan(StandardDeviation(std::numeric_limits<double>::quiet_NaN())));
+}
 
 TEST(DistanceQuantile, HoldsTheStatedShareOfDraws) {
   std::mt19937_64 random(7);

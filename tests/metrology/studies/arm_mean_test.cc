@@ -14,6 +14,7 @@ namespace {
 // The thesis' arm: 3 um, 0.005 deg.
 ArmSpread Arm() {
   ArmSpread arm;
+  arm.covariance.setZero();
   arm.covariance.diagonal() << Eigen::Vector3d::Constant(std::pow(0.005 * kRadPerDeg, 2)),
       Eigen::Vector3d::Constant(9e-6);
   arm.degrees_of_freedom = 14;

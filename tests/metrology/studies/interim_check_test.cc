@@ -62,6 +62,7 @@ TEST_F(ScannedArtefact, AShiftIsFoundAndJudgedByItsLimit) {
   AddReference(10);
   AddReference(-10);
   InterimCheckOptions options;
+  options.field_covariance_mm2.setZero();
   options.limit_mm = 0.02;
   const auto check = [&](const Eigen::Vector3d& shift_mm) {
     const SensorPose now = Knocked(bench_.sensor, Eigen::Vector3d::Zero(), shift_mm);
@@ -93,6 +94,7 @@ TEST_F(ScannedArtefact, ATurnIsFoundAtTheCornersAndBetterFromTwoHeights) {
   AddReference(10);
   AddReference(-10);
   InterimCheckOptions options;
+  options.field_covariance_mm2.setZero();
   options.limit_mm = 0.02;
   const Eigen::Vector3d turn(0, 0.12 * kRadPerDeg, 0);
   const SensorPose now = Knocked(bench_.sensor, turn, Eigen::Vector3d::Zero());
@@ -110,7 +112,9 @@ TEST_F(ScannedArtefact, ATurnIsFoundAtTheCornersAndBetterFromTwoHeights) {
 TEST_F(ScannedArtefact, TheArmsSpreadIsInTheBoundAsOftenAsItWasSwung) {
   AddReference(0, "s0");
   InterimCheckOptions options;
+  options.field_covariance_mm2.setZero();
   ArmSpread arm;
+  arm.covariance.setZero();
   arm.covariance.diagonal() << 1e-12, 1e-12, 1e-12, 25e-6, 25e-6, 25e-6;
   arm.degrees_of_freedom = 14;
   options.arm = arm;
@@ -153,6 +157,7 @@ TEST_F(ScannedArtefact, TheArmsSpreadIsInTheBoundAsOftenAsItWasSwung) {
 TEST_F(ScannedArtefact, TheFieldCancelsWhereTheArtefactStandsAsItDid) {
   AddReference(8);
   InterimCheckOptions options;
+  options.field_covariance_mm2.setZero();
   const CheckedScan here = Scan(bench_.sensor, 0, 8, "s"), elsewhere = Scan(bench_.sensor, 0, -8, "s");
   const double without_mm = Check({here}, options).places[0].upper_mm;
   const double without_elsewhere_mm = Check({elsewhere}, options).places[0].upper_mm;

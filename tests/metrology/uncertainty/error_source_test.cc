@@ -22,7 +22,7 @@ RotaryAxes SomeAxes() {
 }
 
 SensorPose SomeSensor() {
-  SensorPose sensor;
+  SensorPose sensor = SensorPose::Exact();
   sensor.rotation = RotationFromCardan({0.002, 0.008, 0.005});
   sensor.t_sm_mm = {14, -41, 85};
   sensor.field = ScannerField::Of(66, 25, 20 * M_PI / 180);
