@@ -60,6 +60,9 @@ void AddBladeCommands(Command* app, Session* session) {
   const auto part = std::make_shared<std::string>();
   const auto work_order = std::make_shared<std::string>();
   const auto operation = std::make_shared<std::string>();
+  const auto kinds = std::make_shared<std::vector<std::string>>();
+  const auto since = std::make_shared<std::string>();
+  const auto until = std::make_shared<std::string>();
 
   Command* add = blade->AddCommand("add", "Adds a blade of a part");
   add->AddOption("SERIAL", serial.get(), "Serial number")->Required();
@@ -100,9 +103,15 @@ void AddBladeCommands(Command* app, Session* session) {
 
   Command* show = blade->AddCommand("show", "Shows everything that happened to a blade");
   show->AddOption("SERIAL", serial.get(), "Serial number")->Required();
-  session->OnCommand(show, [session, serial]() -> absl::Status {
+  AddKindsOption(show, kinds.get());
+  AddSpanOptions(show, since.get(), until.get());
+  session->OnCommand(show, [session, serial, kinds, since, until]() -> absl::Status {
+    const absl::StatusOr<list::v1::TimeRange> recorded = TimeRangeOf(*since, *until);
+    if (!recorded.ok()) return recorded.status();
     plant::v1::GetBladeRecordRequest request;
     request.set_name(NameText("blades", *serial));
+    request.mutable_kinds()->Add(kinds->begin(), kinds->end());
+    if (recorded->has_from() || recorded->has_until()) *request.mutable_recorded() = *recorded;
     plant::v1::BladeRecord record;
     absl::Status status =
         ForEachPage<RecordService>(session, "plant", &RecordService::Stub::GetBladeRecord, request,

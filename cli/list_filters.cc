@@ -70,6 +70,11 @@ void AddKindsOption(Command* list, std::vector<std::string>* kinds) {
   list->AddOption("--kinds", kinds, help)->List();
 }
 
+void AddSpanOptions(Command* list, std::string* since, std::string* until) {
+  list->AddOption("--since", since, "Only what was recorded then or later: 2026-11-21, or 2026-11-21T03:25:01Z");
+  list->AddOption("--until", until, "Only what was recorded before");
+}
+
 absl::StatusOr<list::v1::TimeRange> TimeRangeOf(const std::string& since, const std::string& until) {
   list::v1::TimeRange range;
   if (!since.empty()) {
@@ -95,8 +100,7 @@ std::shared_ptr<const ListFilters> ListFilters::AddTo(Command* list, const googl
 
 void ListFilters::Add(Command* list, const FieldDescriptor* field) {
   if (field->message_type() == list::v1::TimeRange::descriptor()) {
-    list->AddOption("--since", &since_, "Only what was recorded then or later: 2026-11-21, or 2026-11-21T03:25:01Z");
-    list->AddOption("--until", &until_, "Only what was recorded before");
+    AddSpanOptions(list, &since_, &until_);
     return;
   }
   filters_.push_back(std::make_unique<Filter>(Filter{field, "", false}));

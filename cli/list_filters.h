@@ -23,7 +23,9 @@ inline bool WantsMore(int limit, int count) { return limit == 0 || count < limit
 void AddKindsOption(Command* list, std::vector<std::string>* kinds);
 const std::vector<std::string>& RecordKinds();
 
-// `--since` and `--until` of it, each empty or a time. INVALID_ARGUMENT names the option.
+// `--since` and `--until` of what was recorded.
+void AddSpanOptions(Command* list, std::string* since, std::string* until);
+// What they say, each empty or a time. INVALID_ARGUMENT names the option.
 absl::StatusOr<list::v1::TimeRange> TimeRangeOf(const std::string& since, const std::string& until);
 
 // The words of an enum's option, its values in small letters without what their names begin with; and the value of one of them.

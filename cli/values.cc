@@ -19,7 +19,7 @@ using inspection::v1::Value;
 using inspection::v1::ValueService;
 
 struct ValuesArguments {
-  std::string blade, prefix, characteristic, part, machine, since, until, verdict;
+  std::string blade, prefix, characteristic, part, machine, calibration, since, until, verdict;
   bool newest = false, csv = false;
   int limit = 0;
 };
@@ -40,6 +40,7 @@ absl::StatusOr<ListValuesRequest> RequestOf(const ValuesArguments& arguments) {
   request.set_characteristic(arguments.characteristic);
   request.set_part(name("parts", arguments.part));
   request.set_machine(name("machines", arguments.machine));
+  if (!arguments.calibration.empty()) request.set_calibration(CalibrationNameText(arguments.calibration));
   const auto recorded = TimeRangeOf(arguments.since, arguments.until);
   if (!recorded.ok()) return recorded.status();
   if (recorded->has_from() || recorded->has_until()) *request.mutable_recorded() = *recorded;
@@ -112,8 +113,8 @@ void AddValuesCommand(Command* app, Session* session) {
                      "Only GROUP/HOLE/position, GROUP/HOLE/inclination, or GROUP/HOLE");
   command->AddOption("--part", &arguments->part, "Only of blades of this part");
   command->AddOption("--machine", &arguments->machine, "Only of those scanned on it");
-  command->AddOption("--since", &arguments->since, "Only recorded then or later");
-  command->AddOption("--until", &arguments->until, "Only recorded before");
+  command->AddOption("--calibration", &arguments->calibration, "Only of inspections that rest on it, of whatever kind");
+  AddSpanOptions(command, &arguments->since, &arguments->until);
   command->AddOption("--verdict", &arguments->verdict, "Only of inspections with this verdict")->OneOf(Verdicts());
   command->AddFlag("--newest", &arguments->newest, "Of each blade the newest inspection alone");
   command->AddFlag("--csv", &arguments->csv, "As CSV, every value as it comes");

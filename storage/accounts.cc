@@ -25,26 +25,6 @@ constexpr char kKnown[] =
     "OR EXISTS (SELECT 1 FROM credential_offers WHERE identity = $1) "
     "OR EXISTS (SELECT 1 FROM certificate_renewals WHERE identity = $1)";
 
-std::string WordOf(AccountEvent event) {
-  switch (event) {
-    case AccountEvent::kCreated:
-      return "created";
-    case AccountEvent::kRolesSet:
-      return "roles_set";
-    case AccountEvent::kPasswordSet:
-      return "password_set";
-    case AccountEvent::kDisabled:
-      return "disabled";
-    case AccountEvent::kEnabled:
-      return "enabled";
-    case AccountEvent::kSignedIn:
-      return "signed_in";
-    case AccountEvent::kSignedOut:
-      return "signed_out";
-  }
-  return "";
-}
-
 std::string TextOrEmpty(const Rows& rows, int row, int column) {
   return rows.IsNull(row, column) ? "" : rows.Text(row, column);
 }
@@ -63,6 +43,26 @@ absl::StatusOr<std::optional<AccountRow>> One(const absl::StatusOr<Rows>& rows) 
 }
 
 }  // namespace
+
+std::string AccountEventText(AccountEvent event) {
+  switch (event) {
+    case AccountEvent::kCreated:
+      return "created";
+    case AccountEvent::kRolesSet:
+      return "roles_set";
+    case AccountEvent::kPasswordSet:
+      return "password_set";
+    case AccountEvent::kDisabled:
+      return "disabled";
+    case AccountEvent::kEnabled:
+      return "enabled";
+    case AccountEvent::kSignedIn:
+      return "signed_in";
+    case AccountEvent::kSignedOut:
+      return "signed_out";
+  }
+  return "";
+}
 
 absl::StatusOr<std::optional<AccountRow>> FindAccount(Transaction& transaction, const std::string& name) {
   return One(transaction.Execute(kFind, Params().Text(name)));
@@ -102,7 +102,7 @@ absl::Status UpdateAccount(Transaction& transaction, const AccountRow& account) 
 absl::Status AppendAccountEvent(Transaction& transaction, const AccountRow& account, AccountEvent event,
                                 const std::string& requested_by) {
   Params params;
-  params.Uuid(NewUuid()).Text(account.name).Text(WordOf(event)).Texts(account.roles).Text(requested_by);
+  params.Uuid(NewUuid()).Text(account.name).Text(AccountEventText(event)).Texts(account.roles).Text(requested_by);
   return transaction.Execute(kAppendEvent, params).status();
 }
 

@@ -22,6 +22,7 @@ struct AccountRow {
 };
 
 enum class AccountEvent { kCreated, kRolesSet, kPasswordSet, kDisabled, kEnabled, kSignedIn, kSignedOut };
+std::string AccountEventText(AccountEvent event);  // signed_in, as it is kept
 
 // None: there is no such account.
 absl::StatusOr<std::optional<AccountRow>> FindAccount(Transaction& transaction, const std::string& name);

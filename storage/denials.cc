@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "storage/each_row.h"
-
 namespace sixpoint::storage {
 namespace {
 
@@ -11,10 +9,6 @@ constexpr char kInsertDenial[] =
     "INSERT INTO denials (denial_id, area, method, caller, peer_address, reason, sentence, denied_count, "
     "first_denied_at, "
     "last_denied_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)";
-constexpr char kSelectDenials[] =
-    "SELECT area, method, name_of(caller), peer_address, reason, sentence, denied_count, first_denied_at, "
-    "last_denied_at "
-    "FROM denials ORDER BY denial_id DESC LIMIT $1";
 
 // Not in the middle of a character.
 std::string Cut(const std::string& text, std::size_t most_bytes) {
@@ -38,13 +32,6 @@ absl::Status AppendDenials(Transaction& transaction, std::vector<Denial> denials
     if (const auto inserted = transaction.Execute(kInsertDenial, params); !inserted.ok()) return inserted.status();
   }
   return absl::OkStatus();
-}
-
-absl::StatusOr<std::vector<Denial>> NewestDenials(Transaction& transaction, int limit) {
-  return AllRows(transaction, kSelectDenials, Params().Int(limit), [](const Rows& rows, int row) -> Denial {
-    return {rows.Text(row, 0), rows.Text(row, 1), rows.Text(row, 2), rows.Text(row, 3), rows.Text(row, 4),
-            rows.Text(row, 5), rows.Int(row, 6),  rows.Time(row, 7), rows.Time(row, 8)};
-  });
 }
 
 }  // namespace sixpoint::storage

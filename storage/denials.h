@@ -1,7 +1,7 @@
 // Calls that were refused for who asked (V0014): a table of their own, never under the journal's lock.
 #pragma once
 
-#include <absl/status/statusor.h>
+#include <absl/status/status.h>
 
 #include <cstdint>
 #include <string>
@@ -19,7 +19,5 @@ struct Denial {
 };
 
 absl::Status AppendDenials(Transaction& transaction, std::vector<Denial> denials);
-// Newest first.
-absl::StatusOr<std::vector<Denial>> NewestDenials(Transaction& transaction, int limit);
 
 }  // namespace sixpoint::storage

@@ -8,7 +8,7 @@
 
 namespace sixpoint::storage {
 
-// Lists have no characteristics, nor what these name. Record answers ALREADY_EXISTS where the drawing is another part's.
+// Lists that are not full have no characteristics, nor what these name. Record answers ALREADY_EXISTS where the drawing is another part's.
 using DrawingStore = RevisionStore<DrawingRow>;
 // In PostgreSQL; the database lives longer.
 std::shared_ptr<DrawingStore> DrawingsIn(Database* database);

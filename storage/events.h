@@ -18,6 +18,10 @@ struct EventFilter {
   std::vector<std::string> kinds;
   std::string machine_id, blade_serial, part_id;
   std::vector<std::string> verdicts;
+  friend bool operator==(const EventFilter& a, const EventFilter& b) {
+    return a.kinds == b.kinds && a.machine_id == b.machine_id && a.blade_serial == b.blade_serial &&
+           a.part_id == b.part_id && a.verdicts == b.verdicts;
+  }
 };
 
 struct EventRow {
@@ -53,7 +57,8 @@ struct JournalNow {
 };
 absl::StatusOr<JournalNow> ReadJournalNow(Transaction& transaction);
 
-// As the functions of these names. Thread-safe; no call holds a connection after it returned.
+// As the functions of these names; HiddenParts: of the reader's Sight. PostgreSQL's and the tests' fake pass the same suite
+// (tests/storage/event_reader_test.cc). Thread-safe; no call holds a connection after it returned.
 class EventReader {
  public:
   virtual ~EventReader() = default;

@@ -3,11 +3,12 @@
 #include "storage/clearances.h"
 #include "storage/each_row.h"
 #include "storage/one_read.h"
+#include "storage/result_filter.h"
 
 namespace sixpoint::storage {
 namespace {
 
-// $1 to $11 of both statements. A prefix is a span of the serial numbers' order, which is that of bytes.
+// $1 to $12 of both statements. A prefix is a span of the serial numbers' order, which is that of bytes.
 #define SIXPOINT_VALUE_FILTER                                                                                       \
   "entry_kind = 'inspection' AND ($1::bigint = 0 OR record_sequence < $1::bigint) "                                 \
   "AND ($2 = '' OR entry_blade = $2) AND ($3 = '' OR (entry_blade >= $3 AND starts_with(entry_blade, $3))) "        \
@@ -15,7 +16,8 @@ namespace {
   "AND ($6::timestamptz IS NULL OR recorded_at >= $6) AND ($7::timestamptz IS NULL OR recorded_at < $7) "           \
   "AND ($8 = '' OR i.verdict = $8) AND (NOT $9::boolean OR NOT EXISTS (SELECT 1 FROM record_entries later WHERE "   \
   "later.blade_serial = entry_blade AND later.kind = 'inspection' AND later.record_sequence > r.record_sequence)) " \
-  "AND part_id <> ALL ($10::text[]) AND ($11::text[] IS NULL OR entry_blade = ANY ($11::text[])) "
+  "AND part_id <> ALL ($10::text[]) AND ($11::text[] IS NULL OR entry_blade = ANY ($11::text[])) "                  \
+  "AND " SIXPOINT_RESTS_ON("$12", "i")
 #define SIXPOINT_INSPECTION_VALUES                                                                         \
   "record_sequence, recorded_at, i.inspection_id, i.blade_serial, machine_id, machine_revision, part_id, " \
   "part_revision, method"
@@ -27,15 +29,15 @@ namespace {
 constexpr char kSelectInspectionValues[] =
     "WITH page AS MATERIALIZED (SELECT " SIXPOINT_INSPECTION_VALUES
     " FROM recorded r JOIN inspections i ON i.inspection_id = r.record_id WHERE " SIXPOINT_VALUE_FILTER
-    "ORDER BY record_sequence DESC LIMIT $12) SELECT p.*" SIXPOINT_HOLE_VALUES
+    "ORDER BY record_sequence DESC LIMIT $13) SELECT p.*" SIXPOINT_HOLE_VALUES
     "FROM page p JOIN inspection_holes h ON h.inspection_id = p.inspection_id "
     "ORDER BY p.record_sequence DESC, h.position_index";
 // Of one hole an inspection has one row or none: found and read at once.
 constexpr char kSelectOfHole[] =
     "SELECT " SIXPOINT_INSPECTION_VALUES SIXPOINT_HOLE_VALUES
     "FROM recorded r JOIN inspections i ON i.inspection_id = r.record_id "
-    "JOIN inspection_holes h ON h.inspection_id = i.inspection_id AND h.group_name = $13 AND h.hole_name = $14 "
-    "WHERE " SIXPOINT_VALUE_FILTER "ORDER BY record_sequence DESC LIMIT $12";
+    "JOIN inspection_holes h ON h.inspection_id = i.inspection_id AND h.group_name = $14 AND h.hole_name = $15 "
+    "WHERE " SIXPOINT_VALUE_FILTER "ORDER BY record_sequence DESC LIMIT $13";
 
 HoleValuesRow ReadValues(const Rows& rows, int row) {
   HoleValuesRow read;
@@ -77,7 +79,7 @@ class PostgresValues final : public ValueReader {
       AddSpan(filter.recorded, &params);
       params.Text(filter.verdict).Bool(filter.only_newest);
       AddSight(*sight, &params);
-      params.Int(inspection_limit);
+      params.OptionalUuid(filter.calibration_id).Int(inspection_limit);
       if (!filter.group_name.empty()) params.Text(filter.group_name).Text(filter.hole_name);
       return AllRows(t, filter.group_name.empty() ? kSelectInspectionValues : kSelectOfHole, params, ReadValues);
     });

@@ -19,6 +19,7 @@ namespace sixpoint::storage {
 struct ValueFilter {
   std::string blade_serial, serial_prefix, part_id, machine_id;
   std::string group_name, hole_name;  // both or none
+  std::string calibration_id;         // as ResultFilter's
   TimeSpan recorded;
   std::string verdict;       // of the inspection
   bool only_newest = false;  // of each blade the newest inspection alone

@@ -13,7 +13,7 @@ namespace sixpoint::storage {
 // Asked last before a commit. No: whoever asked is gone, so nothing is done and the write is CANCELLED.
 using StillWanted = std::function<bool()>;
 
-// work(transaction) gives a StatusOr. Committed where it went well and is still wanted.
+// work(transaction) gives a Status or StatusOr. Committed where it went well and is still wanted.
 template <typename Work>
 auto OneWrite(Database& database, Deadline deadline, const StillWanted& still_wanted, const Work& work)
     -> decltype(work(std::declval<Transaction&>())) {

@@ -190,7 +190,8 @@ enum class Registered { kMachines, kArtefacts, kParts, kMachiningModels };
 struct RegisteredFilter {
   TimeSpan recorded;
   Reader reader;             // parts that he may not see are not listed, nor are their machining models
-  std::string part_id = {};  // of machining models; empty: all
+  std::string part_id = {};  // of machining models and drawings; empty: all
+  bool full = false;         // with what a list leaves out else: of drawings their characteristics and what these name
 };
 absl::StatusOr<std::vector<std::string>> ListRegistered(Transaction& transaction, Registered what,
                                                         const RegisteredFilter& filter, const std::string& after,

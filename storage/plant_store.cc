@@ -96,9 +96,11 @@ class PostgresJournal final : public JournalReader {
   absl::StatusOr<bool> IsRecorded(const std::string& name, Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return storage::IsRecorded(t, name); });
   }
-  absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(const std::string& serial, const JournalPage& page,
-                                                          Deadline deadline) const override {
-    return OneRead(*database_, deadline, [&](Transaction& t) { return storage::RecordOfBlade(t, serial, page); });
+  absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(const std::string& serial,
+                                                          const std::vector<std::string>& kinds,
+                                                          const JournalPage& page, Deadline deadline) const override {
+    return OneRead(*database_, deadline,
+                   [&](Transaction& t) { return storage::RecordOfBlade(t, serial, kinds, page); });
   }
   absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(const std::string& name, const std::vector<std::string>& kinds,
                                                         const JournalPage& page, Deadline deadline) const override {

@@ -75,8 +75,9 @@ class JournalReader {
   virtual ~JournalReader() = default;
   virtual absl::StatusOr<std::optional<JournalEntry>> FindEntry(const std::string& name, Deadline deadline) const = 0;
   virtual absl::StatusOr<bool> IsRecorded(const std::string& name, Deadline deadline) const = 0;
-  virtual absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(const std::string& serial, const JournalPage& page,
-                                                                  Deadline deadline) const = 0;
+  virtual absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(const std::string& serial,
+                                                                  const std::vector<std::string>& kinds,
+                                                                  const JournalPage& page, Deadline deadline) const = 0;
   virtual absl::StatusOr<std::vector<JournalEntry>> DerivedFrom(const std::string& name,
                                                                 const std::vector<std::string>& kinds,
                                                                 const JournalPage& page, Deadline deadline) const = 0;

@@ -34,7 +34,7 @@ class PostgresRevisions final : public RevisionStore<Row> {
     // As ListRegistered.
     absl::StatusOr<std::vector<std::string>> (*list)(Transaction&, const RegisteredFilter& filter,
                                                      const std::string& after, int limit);
-    // As find, of what a list has of it; none: find.
+    // As find, of what a list has of it that is not full; none: find.
     absl::StatusOr<std::optional<Row>> (*find_listed)(Transaction&, const std::string& id, int revision) = nullptr;
   };
   PostgresRevisions(Database* database, const Statements& statements) : database_(database), statements_(statements) {}
@@ -47,10 +47,10 @@ class PostgresRevisions final : public RevisionStore<Row> {
     return OneRead(*database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::vector<Row>> {
       const absl::StatusOr<std::vector<std::string>> ids = statements_.list(t, filter, after, limit);
       if (!ids.ok()) return ids.status();
+      const auto find = filter.full || statements_.find_listed == nullptr ? statements_.find : statements_.find_listed;
       std::vector<Row> rows;
       for (const std::string& id : *ids) {
-        absl::StatusOr<std::optional<Row>> row =
-            (statements_.find_listed == nullptr ? statements_.find : statements_.find_listed)(t, id, 0);
+        absl::StatusOr<std::optional<Row>> row = find(t, id, 0);
         if (!row.ok()) return row.status();
         if (!row->has_value()) return absl::DataLossError(id + ": listed, but without a revision");
         rows.push_back(**std::move(row));

@@ -17,14 +17,19 @@ constexpr char kAppend[] =
     "$10::jsonb, $11::text[], $12, $13::uuid, $14::bytea, $15, $16, $17)";
 
 constexpr char kSelectEntry[] = SIXPOINT_ENTRY_COLUMNS "WHERE n.name = $1";
+// $1 to $5 of both statements that follow, as PageParams has them.
+#define SIXPOINT_JOURNAL_PAGE                                                                                 \
+  "e.record_sequence > $1 AND (cardinality($3::text[]) = 0 OR e.kind = ANY ($3::text[])) "                    \
+  "AND ($4::timestamptz IS NULL OR e.recorded_at >= $4) AND ($5::timestamptz IS NULL OR e.recorded_at < $5) " \
+  "AND "
+#define SIXPOINT_PAGE_ORDER " ORDER BY e.record_sequence LIMIT $2"
 constexpr char kSelectEntriesOfBlade[] =
-    SIXPOINT_ENTRY_COLUMNS "WHERE e.blade_serial = $1 AND e.record_sequence > $2 ORDER BY e.record_sequence LIMIT $3";
+    SIXPOINT_ENTRY_COLUMNS "WHERE " SIXPOINT_JOURNAL_PAGE "e.blade_serial = $6" SIXPOINT_PAGE_ORDER;
 constexpr char kSelectOrder[] = SIXPOINT_ENTRY_COLUMNS
-    "WHERE e.work_order = $1 AND ($2 = '' OR e.operation = $2) AND (cardinality($3::text[]) = 0 OR e.kind = ANY "
-    "($3::text[])) "
-    "AND e.record_sequence > $4 AND (cardinality($5::text[]) = 0 OR NOT coalesce(parts_of_record(e.record_id) && "
-    "$5::text[], "
-    "true)) ORDER BY e.record_sequence LIMIT $6";
+    "WHERE " SIXPOINT_JOURNAL_PAGE
+    "e.work_order = $6 AND ($7 = '' OR e.operation = $7) "
+    "AND (cardinality($8::text[]) = 0 OR NOT coalesce(parts_of_record(e.record_id) && $8::text[], "
+    "true))" SIXPOINT_PAGE_ORDER;
 constexpr char kSelectRecorded[] = "SELECT 1 FROM record_names n WHERE " SIXPOINT_MEANT " LIMIT 1";
 // A sensor that a machine has and no scan was made with is known too.
 constexpr char kSelectKnownRoot[] =
@@ -35,6 +40,13 @@ constexpr char kSelectKnownRoot[] =
 std::optional<std::string> TraceOf(const RecordEntry& entry) {
   if (entry.trace_id || !entry.request || entry.request->trace_id.empty()) return entry.trace_id;
   return entry.request->trace_id;
+}
+
+Params PageParams(const JournalPage& page, const std::vector<std::string>& kinds) {
+  Params params;
+  params.Int(page.after_sequence).Int(page.limit).Texts(kinds);
+  AddSpan(page.recorded, &params);
+  return params;
 }
 
 std::optional<std::string> OptionalText(const Rows& rows, int row, int column) {
@@ -133,19 +145,13 @@ absl::StatusOr<std::vector<JournalEntry>> EntriesOfOrder(Transaction& transactio
   const absl::StatusOr<Sight> sight = SightOf(transaction, page.reader);
   if (!sight.ok()) return sight.status();
   return ReadEntries(transaction, kSelectOrder,
-                     Params()
-                         .Text(work_order)
-                         .Text(operation)
-                         .Texts(kinds)
-                         .Int(page.after_sequence)
-                         .Texts(sight->hidden_parts)
-                         .Int(page.limit));
+                     PageParams(page, kinds).Text(work_order).Text(operation).Texts(sight->hidden_parts));
 }
 
 absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial,
+                                                        const std::vector<std::string>& kinds,
                                                         const JournalPage& page) {
-  return ReadEntries(transaction, kSelectEntriesOfBlade,
-                     Params().Text(serial).Int(page.after_sequence).Int(page.limit));
+  return ReadEntries(transaction, kSelectEntriesOfBlade, PageParams(page, kinds).Text(serial));
 }
 
 }  // namespace sixpoint::storage

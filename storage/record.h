@@ -64,8 +64,9 @@ struct JournalEntry {
 struct JournalPage {
   std::int64_t after_sequence = 0;
   std::int64_t limit = std::numeric_limits<std::int64_t>::max();
-  Reader reader = {};      // of a recall: what he may not see is left out
-  TimeSpan recorded = {};  // of a recall: what was recorded within it, and what rests on that
+  Reader reader = {};  // of a recall: what he may not see is left out
+  // What was recorded within it; of a recall also what rests on that. A trace goes on to all that something was made from.
+  TimeSpan recorded = {};
 };
 
 // record_id: the UUID (version 7) that the thing's own row has already been written with. Comes last before the commit, for its
@@ -87,8 +88,9 @@ absl::StatusOr<std::optional<JournalEntry>> FindEntry(Transaction& transaction, 
 // Whether there is an entry of that name or, for a name without @revision, of one of its revisions; a sensor, probe or release that
 // anything recorded names.
 absl::StatusOr<bool> IsRecorded(Transaction& transaction, const std::string& name);
-// What concerns a blade.
+// What concerns a blade. kinds: only those; empty: all.
 absl::StatusOr<std::vector<JournalEntry>> RecordOfBlade(Transaction& transaction, const std::string& serial,
+                                                        const std::vector<std::string>& kinds = {},
                                                         const JournalPage& page = {});
 // What was made, directly or not, from a thing (recall): of a name without @revision, from any of its revisions; an empty name, with a
 // span: everything recorded. kinds: only those; empty: all. A page costs the same however deep it is: what rests on machines, artefacts, parts,

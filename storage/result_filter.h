@@ -20,14 +20,19 @@ struct ResultFilter {
   Reader reader;  // what he may not see is not listed
 };
 
+// Of the rows of that table, which have both calibrations: those that rest on the one of that parameter (NULL: all).
+#define SIXPOINT_RESTS_ON(parameter, table)                                         \
+  "(" parameter "::uuid IS NULL OR " parameter                                      \
+  "::uuid IN (sensor_calibration_id, rotation_calibration_id) "                     \
+  "OR EXISTS (SELECT 1 FROM registration_angles a WHERE a.registration_id = " table \
+  ".registration_id AND a.characterisation_id = " parameter "::uuid)) "
+
 // The rows of a page of that table, each with its entry of the journal; $1 to $9 as FilterParams has them.
-#define SIXPOINT_RESULT_FILTER(table, kind)                                                               \
+#define SIXPOINT_RESULT_FILTER(table, kind) \
   "entry_kind = '" kind                                                                                   \
   "' AND ($1::bigint = 0 OR record_sequence < $1::bigint) "                                               \
   "AND ($2 = '' OR entry_blade = $2) AND ($3 = '' OR entry_machine = $3) AND ($4 = '' OR part_id = $4) "  \
-  "AND ($5::uuid IS NULL OR $5::uuid IN (sensor_calibration_id, rotation_calibration_id) OR EXISTS "      \
-  "(SELECT 1 FROM registration_angles a WHERE a.registration_id = " table                                 \
-  ".registration_id AND a.characterisation_id = $5::uuid)) "                                              \
+  "AND " SIXPOINT_RESTS_ON("$5", table)                                                                   \
   "AND ($6::timestamptz IS NULL OR recorded_at >= $6) AND ($7::timestamptz IS NULL OR recorded_at < $7) " \
   "AND part_id <> ALL ($8::text[]) AND ($9::text[] IS NULL OR entry_blade = ANY ($9::text[])) "
 

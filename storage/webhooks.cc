@@ -1,5 +1,9 @@
 #include "storage/webhooks.h"
 
+#include <utility>
+
+#include "storage/clearances.h"
+#include "storage/one_read.h"
 #include "storage/reasons.h"
 #include "storage/requests.h"
 
@@ -64,10 +68,75 @@ absl::StatusOr<std::optional<WebhookRow>> One(Transaction& transaction, const ch
   return rows->Checked(std::optional(ReadWebhooks(*rows).front()));
 }
 
-bool IsSame(const EventFilter& a, const EventFilter& b) {
-  return a.kinds == b.kinds && a.machine_id == b.machine_id && a.blade_serial == b.blade_serial &&
-         a.part_id == b.part_id && a.verdicts == b.verdicts;
+// What of its filter the reader may be told.
+absl::Status LeaveOutHidden(Transaction& transaction, const Reader& reader, WebhookRow* row) {
+  for (const auto& [collection, id] :
+       {std::pair{"blades/", &row->filter.blade_serial}, std::pair{"parts/", &row->filter.part_id}}) {
+    if (id->empty()) continue;
+    const auto hidden = FirstHidden(transaction, reader, {collection + *id}, Unrecorded::kIsHidden);
+    if (!hidden.ok()) return hidden.status();
+    if (hidden->has_value()) id->clear();
+  }
+  return absl::OkStatus();
 }
+
+// That of one that may be there, as the reader may be told it.
+absl::StatusOr<std::optional<WebhookRow>> ToldTo(Transaction& transaction, const Reader& reader,
+                                                 absl::StatusOr<std::optional<WebhookRow>> row) {
+  if (!row.ok() || !row->has_value()) return row;
+  if (absl::Status told = LeaveOutHidden(transaction, reader, &**row); !told.ok()) return told;
+  return row;
+}
+
+class PostgresWebhooks final : public WebhookStore {
+ public:
+  explicit PostgresWebhooks(Database* database) : database_(database) {}
+
+  absl::StatusOr<std::optional<WebhookRow>> Find(const std::string& webhook_id, const Reader& reader,
+                                                 Deadline deadline) const override {
+    return OneRead(*database_, deadline, [&](Transaction& t) { return ToldTo(t, reader, FindWebhook(t, webhook_id)); });
+  }
+  absl::StatusOr<std::vector<WebhookRow>> List(bool withdrawn_too, const std::string& after_id, int limit,
+                                               const Reader& reader, Deadline deadline) const override {
+    using Listed = absl::StatusOr<std::vector<WebhookRow>>;
+    return OneRead(*database_, deadline, [&](Transaction& t) -> Listed {
+      Listed listed = ListWebhooks(t, withdrawn_too, after_id, limit);
+      if (!listed.ok()) return listed;
+      for (WebhookRow& row : *listed)
+        if (absl::Status told = LeaveOutHidden(t, reader, &row); !told.ok()) return told;
+      return listed;
+    });
+  }
+  absl::StatusOr<WebhookRow> Create(const WebhookRow& row, const StillWanted& still_wanted,
+                                    Deadline deadline) override {
+    return OneWrite(*database_, deadline, still_wanted, [&](Transaction& t) { return InsertWebhook(t, row); });
+  }
+  absl::StatusOr<std::optional<WebhookRow>> Withdraw(const WebhookWithdrawal& withdrawal,
+                                                     const StillWanted& still_wanted, Deadline deadline) override {
+    return OneWrite(*database_, deadline, still_wanted, [&](Transaction& t) {
+      return ToldTo(t, withdrawal.reader,
+                    WithdrawWebhook(t, withdrawal.webhook_id, withdrawal.requested_by, withdrawal.request_id));
+    });
+  }
+
+ private:
+  Database* const database_;
+};
+
+class PostgresDeliveries final : public WebhookDeliveries {
+ public:
+  explicit PostgresDeliveries(Database* database) : database_(database) {}
+
+  absl::Status Save(const std::string& webhook_id, const WebhookDelivery& delivery, Deadline deadline) override {
+    // The sender's own work: nobody waits for it.
+    return OneWrite(
+        *database_, deadline, [] { return true; },
+        [&](Transaction& t) { return SaveDelivery(t, webhook_id, delivery); });
+  }
+
+ private:
+  Database* const database_;
+};
 
 }  // namespace
 
@@ -78,7 +147,7 @@ absl::StatusOr<WebhookRow> InsertWebhook(Transaction& transaction, const Webhook
   if (kept->has_value()) {
     // The answer tells the secret: to nobody else, whatever he learned of the request.
     const bool is_same = (*kept)->requested_by == row.requested_by && (*kept)->webhook_id == row.webhook_id &&
-                         (*kept)->url == row.url && IsSame((*kept)->filter, row.filter);
+                         (*kept)->url == row.url && (*kept)->filter == row.filter;
     if (is_same) return **kept;
     return RequestIdReused(row.request_id);
   }
@@ -136,6 +205,12 @@ absl::Status SaveDelivery(Transaction& transaction, const std::string& webhook_i
   params.OptionalTime(delivery.failing_since);
   params.Int(delivery.failure_count).Text(delivery.last_failure);
   return transaction.Execute(kSave, params).status();
+}
+
+std::shared_ptr<WebhookStore> WebhooksIn(Database* database) { return std::make_shared<PostgresWebhooks>(database); }
+
+std::shared_ptr<WebhookDeliveries> WebhookDeliveriesIn(Database* database) {
+  return std::make_shared<PostgresDeliveries>(database);
 }
 
 }  // namespace sixpoint::storage

@@ -4,11 +4,13 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "storage/events.h"
+#include "storage/one_write.h"
 
 namespace sixpoint::storage {
 
@@ -47,5 +49,47 @@ absl::StatusOr<std::vector<WebhookRow>> ListWebhooks(Transaction& transaction, b
                                                      const std::string& after_id, int limit);
 // How far it has come. Never back: another process may have gone on.
 absl::Status SaveDelivery(Transaction& transaction, const std::string& webhook_id, const WebhookDelivery& delivery);
+
+// Webhooks apart from where they are kept. PostgreSQL's and the tests' fake pass the same suite
+// (tests/storage/webhook_store_test.cc). Thread-safe. No call holds a connection after it returned. Of a webhook's filter a reader is
+// told neither the blade nor the part that he may not see: those are empty.
+class WebhookReader {
+ public:
+  virtual ~WebhookReader() = default;
+  virtual absl::StatusOr<std::optional<WebhookRow>> Find(const std::string& webhook_id, const Reader& reader,
+                                                         Deadline deadline) const = 0;
+  // As ListWebhooks.
+  virtual absl::StatusOr<std::vector<WebhookRow>> List(bool withdrawn_too, const std::string& after_id, int limit,
+                                                       const Reader& reader, Deadline deadline) const = 0;
+};
+
+struct WebhookWithdrawal {
+  std::string webhook_id, requested_by;
+  std::string request_id;  // a UUID
+  Reader reader = {};      // who is told what was withdrawn
+};
+
+// Each all or nothing. INVALID_ARGUMENT: the request_id is no UUID.
+class WebhookStore : public WebhookReader {
+ public:
+  // As InsertWebhook: of the row what is asked for. Who made it is told all of its filter.
+  virtual absl::StatusOr<WebhookRow> Create(const WebhookRow& row, const StillWanted& still_wanted,
+                                            Deadline deadline) = 0;
+  // As the function WithdrawWebhook.
+  virtual absl::StatusOr<std::optional<WebhookRow>> Withdraw(const WebhookWithdrawal& withdrawal,
+                                                             const StillWanted& still_wanted, Deadline deadline) = 0;
+};
+
+// How far each has come, for who sends: kept apart from what was asked for, in the same manner.
+class WebhookDeliveries {
+ public:
+  virtual ~WebhookDeliveries() = default;
+  // As SaveDelivery: of none of that name, or of less than is kept, nothing is changed.
+  virtual absl::Status Save(const std::string& webhook_id, const WebhookDelivery& delivery, Deadline deadline) = 0;
+};
+
+// In PostgreSQL; the database lives longer.
+std::shared_ptr<WebhookStore> WebhooksIn(Database* database);
+std::shared_ptr<WebhookDeliveries> WebhookDeliveriesIn(Database* database);
 
 }  // namespace sixpoint::storage

@@ -32,7 +32,8 @@ void Administer(const std::string& conninfo, const std::string& sql) {
 // By which tables a check says that something is not as it was; "heads" for what the heads say.
 std::set<std::string> Check(storage::Database* database, const std::vector<ledger::Head>& sent, const std::string& key,
                             std::int64_t* leaves) {
-  plant::LedgerService service(database, nullptr);
+  const storage::PlantStores stores = storage::PlantIn(database);
+  plant::LedgerService service(storage::LedgerIn(database), stores.blades, stores.clearances, nullptr);
   testing::InProcessServer server({&service});
   const auto stub = LedgerService::NewStub(server.Connect());
   ledger::Audit audit(sent, key);
@@ -118,7 +119,8 @@ nlohmann::json SealAndVerify(const std::string& conninfo) {
   const auto service = storage::Database::Open(conninfo + " user=sixpoint_plant", 2);
   plant::LedgerSealerOptions options;
   options.every = std::chrono::milliseconds(0);
-  plant::LedgerSealer sealer(options, conninfo + " user=sixpoint_plant", std::nullopt);
+  plant::LedgerSealer sealer(options, storage::LedgerIn(storage::Database::Open(conninfo + " user=sixpoint_plant", 1)),
+                             std::nullopt);
   const double seal_s =
       Seconds([&] { Must(sealer.SealAll().ok() ? absl::StatusOr<int>(0) : absl::InternalError("not sealed")); });
   std::int64_t leaves = 0;

@@ -1,5 +1,7 @@
 #include "services/correction/reconstruction_messages.h"
 
+#include <grpcpp/support/sync_stream.h>
+
 #include <algorithm>
 #include <string>
 
@@ -16,9 +18,8 @@ namespace {
 constexpr std::size_t kPatchesOfMessage = 10'000;
 
 absl::Status Fill(const storage::ReconstructionRegionRow& row, const std::string& what, v1::ReconstructedRegion* out) {
-  runtime::ToProto(row.applied, out->mutable_region());
-  if (out->region().kind() == plant::v1::SHAPE_REGION_KIND_UNSPECIFIED)
-    return absl::DataLossError(what + ": its " + row.applied.kind + " is none that this release knows");
+  runtime::StoredWords words(what);
+  runtime::ToProto(row.applied, &words, out->mutable_region());
   out->set_area_mm2(row.area_mm2);
   out->set_seen_part(row.seen_part);
   out->set_patch_count(row.patch_count);
@@ -27,7 +28,7 @@ absl::Status Fill(const storage::ReconstructionRegionRow& row, const std::string
   out->set_greatest_band_use(row.greatest_band_use);
   if (row.worst_fixed_um) out->set_worst_fixed_um(*row.worst_fixed_um);
   if (row.worst_datum_um) out->set_worst_datum_um(*row.worst_datum_um);
-  return absl::OkStatus();
+  return words.status();
 }
 
 absl::Status Fill(const storage::ReconstructionHoldRow& row, const storage::ReconstructionRow& of,

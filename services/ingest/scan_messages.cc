@@ -1,81 +1,31 @@
 #include "services/ingest/scan_messages.h"
 
+#include <absl/strings/ascii.h>
 #include <google/protobuf/util/message_differencer.h>
 
-#include <string_view>
 #include <tuple>
+#include <utility>
 
+#include "services/runtime/contract_words.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/list_filters.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::ingest {
 namespace {
 
-struct EncodingName {
-  v1::Encoding encoding;
-  const char* text;
-};
-constexpr EncodingName kEncodings[] = {{v1::ENCODING_DRACO, "draco"},
-                                       {v1::ENCODING_XYZ_F64, "xyz_f64"},
-                                       {v1::ENCODING_RAW_PROFILES, "raw_profiles"},
-                                       {v1::ENCODING_RANGE_IMAGE, "range_image"}};
-
-std::string TextOf(v1::Encoding encoding) {
-  for (const EncodingName& name : kEncodings) {
-    if (name.encoding == encoding) return name.text;
-  }
-  return "";
-}
-
-constexpr std::string_view kCloudPrefix = "CLOUD_KIND_", kUnitPrefix = "LENGTH_UNIT_";
-
-v1::CloudKind CloudOf(const std::string& text) {
-  v1::CloudKind cloud = v1::CLOUD_KIND_UNSPECIFIED;
-  v1::CloudKind_Parse(std::string(kCloudPrefix) + text, &cloud);
-  return cloud;
-}
-
-v1::LengthUnit UnitOf(const std::string& text) {
-  v1::LengthUnit unit = v1::LENGTH_UNIT_UNSPECIFIED;
-  v1::LengthUnit_Parse(std::string(kUnitPrefix) + text, &unit);
-  return unit;
-}
-
-v1::Encoding EncodingOf(const std::string& text) {
-  for (const EncodingName& name : kEncodings) {
-    if (name.text == text) return name.encoding;
-  }
-  return v1::ENCODING_UNSPECIFIED;
+// The record's words of these are in small letters.
+template <typename Enum>
+std::string SmallWordOf(Enum value) {
+  return absl::AsciiStrToLower(runtime::WordOf(value));
 }
 
 }  // namespace
 
-std::string KindText(v1::ScanKind kind) {
-  switch (kind) {
-    case v1::SCAN_KIND_ARTEFACT:
-      return "artefact";
-    case v1::SCAN_KIND_ARM:
-      return "arm";
-    case v1::SCAN_KIND_AIRFOIL:
-      return "airfoil";
-    case v1::SCAN_KIND_LOCAL:
-      return "local";
-    case v1::SCAN_KIND_PINS:
-      return "pins";
-    default:
-      return "";
-  }
-}
-
-v1::ScanKind KindOf(const std::string& text) {
-  for (int i = 1; i < v1::ScanKind_ARRAYSIZE; ++i) {
-    if (KindText(static_cast<v1::ScanKind>(i)) == text) return static_cast<v1::ScanKind>(i);
-  }
-  return v1::SCAN_KIND_UNSPECIFIED;
-}
+std::string KindText(v1::ScanKind kind) { return SmallWordOf(kind); }
 
 absl::StatusOr<storage::ScanFilter> FilterOf(const v1::ListScansRequest& request) {
   storage::ScanFilter filter;
@@ -111,7 +61,8 @@ v1::StoredBlock ToProto(int index, const storage::ScanBlockRow& row) {
   return block;
 }
 
-v1::Scan ToProto(const storage::ScanRow& row) {
+absl::StatusOr<v1::Scan> ToProto(const storage::ScanRow& row) {
+  runtime::StoredWords words("scan " + row.scan_id);
   v1::Scan scan;
   scan.set_name(runtime::NameOf("scans", row.scan_id));
   v1::ScanHeader& header = *scan.mutable_header();
@@ -119,14 +70,14 @@ v1::Scan ToProto(const storage::ScanRow& row) {
   header.set_machine(runtime::NameOf("machines", row.machine_id));
   header.set_subject(row.artefact_id ? runtime::NameOf("artefacts", *row.artefact_id)
                                      : runtime::NameOf("blades", row.blade_serial.value_or("")));
-  header.set_kind(KindOf(row.kind));
+  header.set_kind(words.Value<v1::ScanKind>(row.kind));
   runtime::SetPoint(row.v0_mm, header.mutable_v0_mm());
   header.set_a_deg(row.a_deg);
   header.set_b_deg(row.b_deg);
   header.set_profile_pitch_mm(row.profile_pitch_mm);
   header.set_columns_per_profile(row.columns_per_profile);
   header.set_point_count(row.point_count);
-  header.set_encoding(EncodingOf(row.encoding));
+  header.set_encoding(words.Value<v1::Encoding>(row.encoding));
   header.set_raw_step_um(row.raw_step_um);
   header.set_arm_series(row.arm_series);
   header.set_clamping(row.clamping);
@@ -134,10 +85,9 @@ v1::Scan ToProto(const storage::ScanRow& row) {
   if (row.subject_temperature_c) header.set_subject_temperature_c(*row.subject_temperature_c);
   if (row.scales_temperature_c) header.set_scales_temperature_c(*row.scales_temperature_c);
   header.set_sensor_serial_number(row.sensor_serial_number);
-  if (row.travel == "FORWARD") header.set_travel(v1::SCAN_TRAVEL_FORWARD);
-  if (row.travel == "BACKWARD") header.set_travel(v1::SCAN_TRAVEL_BACKWARD);
-  header.set_cloud(CloudOf(row.cloud));
-  header.set_length_unit(UnitOf(row.length_unit));
+  header.set_travel(words.ValueOrNone<v1::ScanTravel>(row.travel));
+  header.set_cloud(words.ValueOrNone<v1::CloudKind>(row.cloud));
+  header.set_length_unit(words.ValueOrNone<v1::LengthUnit>(row.length_unit));
   header.set_sender_error_um(row.sender_error_um);
   header.set_error_bound_um(row.error_bound_um);
   if (row.measured_at) runtime::ToProto(*row.measured_at, header.mutable_measured_at());
@@ -147,10 +97,10 @@ v1::Scan ToProto(const storage::ScanRow& row) {
   scan.set_proven_error_um(row.proven_error_um);
   runtime::ToProto(row.recorded.recorded_at, scan.mutable_received_at());
   scan.set_record_sequence(row.recorded.sequence);
-  scan.set_stored_encoding(EncodingOf(row.stored_encoding));
+  scan.set_stored_encoding(words.Value<v1::Encoding>(row.stored_encoding));
   scan.set_profile_count(row.profile_count);
   scan.set_sent_sha256(row.sent_sha256);
-  return scan;
+  return words.Checked(std::move(scan));
 }
 
 storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int artefact_revision) {
@@ -171,7 +121,7 @@ storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int a
   row.profile_pitch_mm = header.profile_pitch_mm();
   row.columns_per_profile = header.columns_per_profile();
   row.point_count = header.point_count();
-  row.encoding = TextOf(header.encoding());
+  row.encoding = SmallWordOf(header.encoding());
   row.raw_step_um = header.raw_step_um();
   row.arm_series = header.arm_series();
   row.clamping = header.clamping();
@@ -179,15 +129,12 @@ storage::ScanRow RowOf(const v1::ScanHeader& header, int machine_revision, int a
   if (header.has_subject_temperature_c()) row.subject_temperature_c = header.subject_temperature_c();
   if (header.has_scales_temperature_c()) row.scales_temperature_c = header.scales_temperature_c();
   row.sensor_serial_number = header.sensor_serial_number();
-  if (header.travel() != v1::SCAN_TRAVEL_UNSPECIFIED)
-    row.travel = v1::ScanTravel_Name(header.travel()).substr(std::string("SCAN_TRAVEL_").size());
-  if (header.cloud() != v1::CLOUD_KIND_UNSPECIFIED)
-    row.cloud = v1::CloudKind_Name(header.cloud()).substr(kCloudPrefix.size());
-  if (header.length_unit() != v1::LENGTH_UNIT_UNSPECIFIED)
-    row.length_unit = v1::LengthUnit_Name(header.length_unit()).substr(kUnitPrefix.size());
+  row.travel = runtime::WordOf(header.travel());
+  row.cloud = runtime::WordOf(header.cloud());
+  row.length_unit = runtime::WordOf(header.length_unit());
   // There is no range image of a snapshot.
   const bool as_draco = header.encoding() == v1::ENCODING_DRACO || header.cloud() == v1::CLOUD_KIND_SNAPSHOT;
-  row.stored_encoding = TextOf(as_draco ? v1::ENCODING_DRACO : v1::ENCODING_RANGE_IMAGE);
+  row.stored_encoding = SmallWordOf(as_draco ? v1::ENCODING_DRACO : v1::ENCODING_RANGE_IMAGE);
   row.sender_error_um = header.sender_error_um();
   row.error_bound_um = header.error_bound_um();
   if (header.has_measured_at()) row.measured_at = runtime::MomentOf(header.measured_at());

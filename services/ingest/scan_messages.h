@@ -13,12 +13,12 @@ namespace sixpoint::ingest {
 
 // "airfoil" and so on; empty for UNSPECIFIED.
 std::string KindText(v1::ScanKind kind);
-v1::ScanKind KindOf(const std::string& text);
 
 // What ListScans leaves of all scans; refuses names of other collections, a kind that is none and a range that is none.
 absl::StatusOr<storage::ScanFilter> FilterOf(const v1::ListScansRequest& request);
 
-v1::Scan ToProto(const storage::ScanRow& row);
+// DATA_LOSS: a word that this release does not know.
+absl::StatusOr<v1::Scan> ToProto(const storage::ScanRow& row);
 v1::StoredBlock ToProto(int index, const storage::ScanBlockRow& row);
 
 // What the header says (checked before); the rest of the row is left as it is.

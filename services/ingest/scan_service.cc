@@ -182,8 +182,7 @@ absl::Status ScanService::Upload(grpc::ServerContext* context, UploadStream* str
 grpc::Status ScanService::GetScan(grpc::ServerContext* context, const v1::GetScanRequest* request, v1::Scan* response) {
   const absl::StatusOr<storage::ScanRow> row = FindScanByName(*store_, request->name(), runtime::DeadlineOf(*context));
   if (!row.ok()) return ToGrpc(row.status());
-  *response = ToProto(*row);
-  return grpc::Status::OK;
+  return runtime::Answer(ToProto(*row), response);
 }
 
 grpc::Status ScanService::ListScans(grpc::ServerContext* context, const v1::ListScansRequest* request,
@@ -198,9 +197,10 @@ grpc::Status ScanService::ListScans(grpc::ServerContext* context, const v1::List
   const absl::StatusOr<std::vector<storage::ScanRow>> rows =
       store_->List(*filter, page->before_sequence, page->size + 1, runtime::DeadlineOf(*context));
   if (!rows.ok()) return ToGrpc(rows.status());
-  if (runtime::AddPage(
-          *rows, page->size, [](const storage::ScanRow& row) { return ToProto(row); }, response->mutable_scans()))
-    response->set_next_page_token(runtime::TokenAfter(filters, response->scans(page->size - 1).record_sequence()));
+  const absl::StatusOr<const storage::ScanRow*> last = runtime::AddPage(
+      *rows, page->size, [](const storage::ScanRow& row) { return ToProto(row); }, response->mutable_scans());
+  if (!last.ok()) return ToGrpc(last.status());
+  if (*last != nullptr) response->set_next_page_token(runtime::TokenAfter(filters, (*last)->recorded.sequence));
   return grpc::Status::OK;
 }
 
@@ -216,8 +216,10 @@ grpc::Status ScanService::DownloadScan(grpc::ServerContext* context, const v1::D
     return ToGrpc(runtime::Refuse("format", "SENT", "STORED or XYZ_F64: plain coordinates are kept encoded"));
   const absl::StatusOr<ProfileRange> range = RangeOf(*request, *scan);
   if (!range.ok()) return ToGrpc(range.status());
+  absl::StatusOr<v1::Scan> told = ToProto(scan->row);
+  if (!told.ok()) return ToGrpc(told.status());
   v1::DownloadScanResponse response;
-  *response.mutable_scan() = ToProto(scan->row);
+  *response.mutable_scan() = *std::move(told);
   bool open = writer->Write(response);
   for (std::size_t i = 0; open && i < scan->blocks.size(); ++i) {
     if (!IsWhole(*range) && !Overlaps(scan->blocks[i], *range)) continue;
@@ -295,7 +297,9 @@ grpc::Status ScanService::PreviewScan(grpc::ServerContext* context, const v1::Pr
     }
     first_of_block = end_of_block;
   }
-  *response->mutable_scan() = ToProto(scan->row);
+  absl::StatusOr<v1::Scan> told = ToProto(scan->row);
+  if (!told.ok()) return ToGrpc(told.status());
+  *response->mutable_scan() = *std::move(told);
   response->set_stride(static_cast<int>(stride));
   response->set_point_count(static_cast<int>(xyz.size() / 3));
   response->mutable_xyz_f32()->resize(xyz.size() * sizeof(float));

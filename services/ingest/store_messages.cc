@@ -2,6 +2,8 @@
 
 #include <absl/strings/numbers.h>
 
+#include <utility>
+
 #include "services/ingest/scan_messages.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/pages.h"
@@ -14,56 +16,44 @@ namespace {
 constexpr int kGreatestKeepDays = 36'525;  // a hundred years
 constexpr std::int64_t kGreatestGrace_s = 366 * 86'400;
 
-v1::DamageKind DamageKindOf(const std::string& what) {
-  if (what == "missing") return v1::DAMAGE_KIND_MISSING;
-  if (what == "size") return v1::DAMAGE_KIND_SIZE;
-  if (what == "digest") return v1::DAMAGE_KIND_DIGEST;
-  if (what == "unreadable") return v1::DAMAGE_KIND_UNREADABLE;
-  return v1::DAMAGE_KIND_UNSPECIFIED;
-}
+constexpr char kWhat[] = "the store of clouds";
 
 }  // namespace
 
-v1::BlobHolder HolderOf(const std::string& store) {
-  if (store == "postgresql") return v1::BLOB_HOLDER_POSTGRESQL;
-  if (store == "s3") return v1::BLOB_HOLDER_S3;
-  return v1::BLOB_HOLDER_UNSPECIFIED;
+void ToProto(const storage::BlobDamage& damage, runtime::StoredWords* words, v1::BlobDamage* out) {
+  out->set_sha256(damage.sha256);
+  out->set_holder(words->Value<v1::BlobHolder>(damage.store));
+  out->set_kind(words->Value<v1::DamageKind>(damage.what));
+  out->set_detail(damage.detail);
+  runtime::ToProto(damage.found_at, out->mutable_found_at());
 }
 
-v1::BlobDamage ToProto(const storage::BlobDamage& damage) {
-  v1::BlobDamage out;
-  out.set_sha256(damage.sha256);
-  out.set_holder(HolderOf(damage.store));
-  out.set_kind(DamageKindOf(damage.what));
-  out.set_detail(damage.detail);
-  runtime::ToProto(damage.found_at, out.mutable_found_at());
-  return out;
-}
-
-v1::RetentionPolicy ToProto(const storage::RetentionPolicy& policy) {
+absl::StatusOr<v1::RetentionPolicy> ToProto(const storage::RetentionPolicy& policy) {
+  runtime::StoredWords words("policy " + policy.scan_kind);
   v1::RetentionPolicy out;
-  out.set_scan_kind(KindOf(policy.scan_kind));
+  out.set_scan_kind(words.Value<v1::ScanKind>(policy.scan_kind));
   out.set_revision(policy.revision);
   out.set_keep_days(policy.keep_days.value_or(0));
   out.set_requested_by(policy.requested_by);
   runtime::ToProto(policy.recorded.recorded_at, out.mutable_recorded_at());
   out.set_name(runtime::RevisedName("policies", policy.scan_kind, policy.revision));
-  return out;
+  return words.Checked(std::move(out));
 }
 
-v1::ScanDeletion ToProto(const storage::ScanDeletion& deletion) {
+absl::StatusOr<v1::ScanDeletion> ToProto(const storage::ScanDeletion& deletion) {
+  runtime::StoredWords words("deletion " + deletion.scan_id);
   v1::ScanDeletion out;
   out.set_name(runtime::NameOf("deletions", deletion.scan_id));
   out.set_scan(runtime::NameOf("scans", deletion.scan_id));
   out.set_reason(deletion.reason);
   out.set_requested_by(deletion.requested_by);
-  out.set_policy_kind(KindOf(deletion.policy_kind));
+  out.set_policy_kind(words.ValueOrNone<v1::ScanKind>(deletion.policy_kind));
   out.set_policy_revision(deletion.policy_revision);
   out.set_points_sha256(deletion.points_sha256);
   out.set_points_bytes(deletion.points_bytes);
   runtime::ToProto(deletion.recorded.recorded_at, out.mutable_deleted_at());
   out.set_record_sequence(deletion.recorded.sequence);
-  return out;
+  return words.Checked(std::move(out));
 }
 
 v1::Month ToProto(const storage::MonthUse& month) {
@@ -75,12 +65,13 @@ v1::Month ToProto(const storage::MonthUse& month) {
   return out;
 }
 
-v1::StoreStatus ToProto(const storage::BlobStatus& status) {
+absl::StatusOr<v1::StoreStatus> ToProto(const storage::BlobStatus& status) {
+  runtime::StoredWords words(kWhat);
   v1::StoreStatus out;
-  out.set_new_blobs(HolderOf(status.store));
+  out.set_new_blobs(words.Value<v1::BlobHolder>(status.store));
   for (const storage::StoreUse& use : status.uses) {
     v1::HolderUse& to = *out.add_uses();
-    to.set_holder(HolderOf(use.store));
+    to.set_holder(words.Value<v1::BlobHolder>(use.store));
     to.set_kept_count(use.kept_count);
     to.set_kept_bytes(use.kept_bytes);
     to.set_deleted_count(use.deleted_count);
@@ -90,8 +81,8 @@ v1::StoreStatus ToProto(const storage::BlobStatus& status) {
   out.set_checked_bytes(status.check.progress.checked_bytes);
   runtime::ToProto(status.check.begun_at, out.mutable_check_begun_at());
   if (status.check.finished_at) runtime::ToProto(*status.check.finished_at, out.mutable_check_finished_at());
-  for (const storage::BlobDamage& damage : status.damages) *out.add_damages() = ToProto(damage);
-  return out;
+  for (const storage::BlobDamage& damage : status.damages) ToProto(damage, &words, out.add_damages());
+  return words.Checked(std::move(out));
 }
 
 absl::Status CheckRequest(const v1::CheckStoreRequest& request) {
@@ -126,8 +117,8 @@ absl::Status CheckRequest(const v1::SetRetentionPolicyRequest& request) {
   return absl::OkStatus();
 }
 
-std::string PageTokenAfter(const std::string& filters, const v1::RetentionPolicy& last) {
-  return runtime::TokenAfterId(filters, KindText(last.scan_kind()) + "." + std::to_string(last.revision()));
+std::string PageTokenAfter(const std::string& filters, const storage::RetentionPolicy& last) {
+  return runtime::TokenAfterId(filters, last.scan_kind + "." + std::to_string(last.revision));
 }
 
 absl::StatusOr<storage::PolicyPage> PageOf(const v1::ListRetentionPoliciesRequest& request) {

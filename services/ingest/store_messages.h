@@ -6,16 +6,18 @@
 
 #include <string>
 
+#include "services/runtime/stored_enum.h"
 #include "sixpoint/ingest/v1/store.pb.h"
 #include "storage/retention_store.h"
 
 namespace sixpoint::ingest {
 
-v1::BlobHolder HolderOf(const std::string& store);
-v1::BlobDamage ToProto(const storage::BlobDamage& damage);
-v1::RetentionPolicy ToProto(const storage::RetentionPolicy& policy);
-v1::ScanDeletion ToProto(const storage::ScanDeletion& deletion);
-v1::StoreStatus ToProto(const storage::BlobStatus& status);
+// words: whose they are; they tell of one that this release does not know.
+void ToProto(const storage::BlobDamage& damage, runtime::StoredWords* words, v1::BlobDamage* out);
+// DATA_LOSS: a word that this release does not know.
+absl::StatusOr<v1::RetentionPolicy> ToProto(const storage::RetentionPolicy& policy);
+absl::StatusOr<v1::ScanDeletion> ToProto(const storage::ScanDeletion& deletion);
+absl::StatusOr<v1::StoreStatus> ToProto(const storage::BlobStatus& status);
 v1::Month ToProto(const storage::MonthUse& month);
 
 // Each refusal names the field, its value and what was wanted.
@@ -25,6 +27,6 @@ absl::Status CheckRequest(const v1::DeleteScanPointsRequest& request);
 absl::Status CheckRequest(const v1::SetRetentionPolicyRequest& request);
 absl::StatusOr<storage::PolicyPage> PageOf(const v1::ListRetentionPoliciesRequest& request);
 // Of the page that follows that policy.
-std::string PageTokenAfter(const std::string& filters, const v1::RetentionPolicy& last);
+std::string PageTokenAfter(const std::string& filters, const storage::RetentionPolicy& last);
 
 }  // namespace sixpoint::ingest

@@ -41,7 +41,7 @@ class ProgressWriter {
     runtime::Log(
         runtime::LogLevel::kError, "damaged blob",
         {{"sha256", damage.sha256}, {"store", damage.store}, {"what", damage.what}, {"detail", damage.detail}});
-    *next_.add_damages() = ToProto(damage);
+    ToProto(damage, &words_, next_.add_damages());
     if (next_.damages_size() >= kGreatestDamageCount) Send();
   }
   void Finish(bool complete) {
@@ -49,6 +49,7 @@ class ProgressWriter {
     Send();
   }
   bool open() const { return open_; }
+  const absl::Status& status() const { return words_.status(); }
 
  private:
   void Send() {
@@ -58,6 +59,7 @@ class ProgressWriter {
   }
   grpc::ServerWriter<v1::CheckStoreResponse>* const writer_;
   v1::CheckStoreResponse next_;
+  runtime::StoredWords words_{"a damaged blob"};
   std::chrono::steady_clock::time_point sent_at_ = std::chrono::steady_clock::now();
   bool open_ = true;
 };
@@ -84,7 +86,7 @@ grpc::Status CloudStoreService::CheckStore(grpc::ServerContext* context, const v
   const absl::Status checked = blobs_->Check(options, from, runtime::DeadlineOf(*context));
   const bool complete = checked.ok() && options.keep_going();
   progress.Finish(complete);
-  if (!checked.ok() || complete) return ToGrpc(checked);
+  if (!checked.ok() || complete) return ToGrpc(checked.ok() ? progress.status() : checked);
   return ToGrpc(runtime::Stopped(*context, "go on from after_sha256"));
 }
 
@@ -110,8 +112,7 @@ grpc::Status CloudStoreService::GetStoreStatus(grpc::ServerContext* context, con
   const absl::StatusOr<storage::BlobStatus> status =
       blobs_->Status(kGreatestDamageCount, runtime::DeadlineOf(*context));
   if (!status.ok()) return ToGrpc(status.status());
-  *response = ToProto(*status);
-  return grpc::Status::OK;
+  return runtime::Answer(ToProto(*status), response);
 }
 
 grpc::Status CloudStoreService::DeleteScanPoints(grpc::ServerContext* context,
@@ -130,7 +131,9 @@ grpc::Status CloudStoreService::DeleteScanPoints(grpc::ServerContext* context,
                                    {{"resource", request->name()}}));
   }
   if (!deleted.ok()) return ToGrpc(deleted.status());
-  *response->mutable_deletion() = ToProto(deleted->deletion);
+  absl::StatusOr<v1::ScanDeletion> deletion = ToProto(deleted->deletion);
+  if (!deletion.ok()) return ToGrpc(deletion.status());
+  *response->mutable_deletion() = *std::move(deletion);
   response->set_already_deleted(deleted->already_deleted);
   response->set_freed_bytes(deleted->freed_bytes);
   return grpc::Status::OK;
@@ -147,8 +150,7 @@ grpc::Status CloudStoreService::GetScanDeletion(grpc::ServerContext* context, co
     return ToGrpc(runtime::Failure(errors::v1::DELETION_NOT_FOUND,
                                    "name: " + request->name() + ", want one of a scan whose points were deleted",
                                    {{"resource", request->name()}}));
-  *response = ToProto(**deletion);
-  return grpc::Status::OK;
+  return runtime::Answer(ToProto(**deletion), response);
 }
 
 grpc::Status CloudStoreService::SetRetentionPolicy(grpc::ServerContext* context,
@@ -163,11 +165,10 @@ grpc::Status CloudStoreService::SetRetentionPolicy(grpc::ServerContext* context,
     if (made.row.keep_days) made.entry.summary_json = "{\"keep_days\": " + std::to_string(*made.row.keep_days) + "}";
     return made;
   };
-  absl::StatusOr<v1::RetentionPolicy> set = runtime::RecordedResult<v1::RetentionPolicy>(
-      retention_.get(), "ingest.SetRetentionPolicy", *request, runtime::CallerOf(*context), make,
-      [](const storage::RetentionPolicy& policy) -> absl::StatusOr<v1::RetentionPolicy> { return ToProto(policy); });
-  if (set.ok()) *response = *std::move(set);
-  return ToGrpc(set.status());
+  return runtime::Answer(
+      runtime::RecordedResult<v1::RetentionPolicy>(retention_.get(), "ingest.SetRetentionPolicy", *request,
+                                                   runtime::CallerOf(*context), make, ToProto),
+      response);
 }
 
 grpc::Status CloudStoreService::ListRetentionPolicies(grpc::ServerContext* context,
@@ -179,10 +180,11 @@ grpc::Status CloudStoreService::ListRetentionPolicies(grpc::ServerContext* conte
   page->limit = size + 1;
   const auto policies = retention_->ListPolicies(*page, runtime::DeadlineOf(*context));
   if (!policies.ok()) return ToGrpc(policies.status());
-  if (runtime::AddPage(
-          *policies, size, [](const storage::RetentionPolicy& policy) { return ToProto(policy); },
-          response->mutable_policies()))
-    response->set_next_page_token(PageTokenAfter(runtime::FiltersOf(*request), response->policies(size - 1)));
+  const absl::StatusOr<const storage::RetentionPolicy*> last = runtime::AddPage(
+      *policies, size, [](const storage::RetentionPolicy& policy) { return ToProto(policy); },
+      response->mutable_policies());
+  if (!last.ok()) return ToGrpc(last.status());
+  if (*last != nullptr) response->set_next_page_token(PageTokenAfter(runtime::FiltersOf(*request), **last));
   return grpc::Status::OK;
 }
 

@@ -42,6 +42,14 @@ absl::Status OfAnother(const std::string& scan_id, const std::string& machine) {
                           {{"resource", machine}, {"machine", machine}});
 }
 
+absl::StatusOr<v1::StoredScan> StoredAnswer(const storage::ScanRow& scan) {
+  absl::StatusOr<v1::Scan> told = ToProto(scan);
+  if (!told.ok()) return told.status();
+  v1::StoredScan answer;
+  *answer.mutable_scan() = *std::move(told);
+  return answer;
+}
+
 absl::Status Overtaken(const std::string& scan_id) {
   return runtime::Failure(errors::v1::UPLOAD_OVERTAKEN,
                           scan_id + ": another stream has gone on with this upload; call again",
@@ -153,7 +161,9 @@ absl::Status ScanUpload::JoinKnown(std::string* other_subject) {
     return absl::OkStatus();
   }
   stored_ = std::move(known->complete);
-  const v1::ScanHeader kept = ToProto(*stored_).header();
+  const absl::StatusOr<v1::Scan> stored = ToProto(*stored_);
+  if (!stored.ok()) return stored.status();
+  const v1::ScanHeader& kept = stored->header();
   if (kept.subject() != header_.subject()) *other_subject = kept.subject();
   if (kept.machine() != header_.machine()) return OfAnother(row_.scan_id, header_.machine());
   const std::string differences = DifferencesOf(kept, header_);
@@ -305,9 +315,7 @@ absl::StatusOr<v1::StoredScan> ScanUpload::Finish(const v1::ScanEnd& end) {
     return AnswerStored(end);
   }
   Metrics().scans.Add();
-  v1::StoredScan answer;
-  *answer.mutable_scan() = ToProto((**completed).scan);
-  return answer;
+  return StoredAnswer((**completed).scan);
 }
 
 absl::StatusOr<storage::MadeScan> ScanUpload::Made(const storage::ScanUploadRow& upload,
@@ -338,9 +346,8 @@ absl::StatusOr<v1::StoredScan> ScanUpload::AnswerStored(const v1::ScanEnd& end) 
   if (end.sha256() != stored_->sent_sha256) {
     return ScanDiffers(row_.scan_id, "SHA-256 of its blocks " + stored_->sent_sha256 + " -> " + end.sha256());
   }
-  v1::StoredScan answer;
-  *answer.mutable_scan() = ToProto(*stored_);
-  answer.set_already_stored(true);
+  absl::StatusOr<v1::StoredScan> answer = StoredAnswer(*stored_);
+  if (answer.ok()) answer->set_already_stored(true);
   return answer;
 }
 

@@ -76,7 +76,9 @@ absl::Status Fill(const storage::CharacteristicFindingRow& row, const Results& r
   if (row.upper_limit) out->set_upper_limit(*row.upper_limit);
   if (row.value) out->set_value(*row.value);
   if (row.expanded_uncertainty) out->set_expanded_uncertainty(*row.expanded_uncertainty);
-  runtime::ToProto(row.rule, out->mutable_decision_rule());
+  runtime::StoredWords words(results.what());
+  runtime::ToProto(row.rule, &words, out->mutable_decision_rule());
+  if (!words.status().ok()) return words.status();
   out->set_reason(row.reason);
   if (row.result_index)
     if (absl::Status set = results.SetResult(*row.result_index, row.method, out); !set.ok()) return set;

@@ -47,7 +47,9 @@ absl::Status Fill(const storage::DeviationProfileRow& row, const std::string& wh
   tolerance.set_lower_mm(row.lower_mm);
   tolerance.set_upper_mm(row.upper_mm);
   tolerance.set_least_coverage(row.least_coverage);
-  if (!row.rule.kind.empty()) runtime::ToProto(row.rule, tolerance.mutable_decision_rule());
+  runtime::StoredWords words(what);
+  if (!row.rule.kind.empty()) runtime::ToProto(row.rule, &words, tolerance.mutable_decision_rule());
+  if (!words.status().ok()) return words.status();
   const auto verdict = VerdictOf(row.verdict, what);
   if (!verdict.ok()) return verdict.status();
   out->set_verdict(*verdict);

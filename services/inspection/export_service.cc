@@ -63,16 +63,6 @@ class Machines {
   std::map<std::pair<std::string, int>, plant::v1::Machine> known_;
 };
 
-InspectedPart PartOf(const storage::InspectionRow& row, const plant::v1::Machine* machine) {
-  return Exported(row, machine);
-}
-InspectedPart PartOf(const storage::AssessmentRow& row, const plant::v1::Machine* machine) {
-  return Exported(row, machine);
-}
-std::optional<InspectedPart> PartOf(const storage::DeviationMapRow& row, const plant::v1::Machine* machine) {
-  return Exported(row, machine);
-}
-
 using TakePart = std::function<absl::Status(InspectedPart part)>;
 template <typename Row>
 using TakeOf = std::function<absl::Status(const Row& row, InspectedPart part)>;
@@ -97,12 +87,13 @@ absl::Status ForEach(const storage::ResultReader<Row, Filter>& reader, Filter fi
       if (only_newest && seen.count(row.blade_serial) > 0) continue;
       const auto machine = machines->Of(row.machine_id, row.machine_revision);
       if (!machine.ok()) return machine.status();
-      std::optional<InspectedPart> part = PartOf(row, *machine);
-      if (!part) continue;
+      ExportedPart part = Exported(row, *machine);
+      if (!part.ok()) return part.status();
+      if (!part->has_value()) continue;
       seen.insert(row.blade_serial);
       if (!verdict.empty() && row.verdict != verdict) continue;
       if (++count > kMostExportedResults) return TooMany();
-      if (absl::Status taken = take(row, *std::move(part)); !taken.ok()) return taken;
+      if (absl::Status taken = take(row, **std::move(part)); !taken.ok()) return taken;
     }
   }
   return absl::OkStatus();

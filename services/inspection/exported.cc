@@ -7,15 +7,22 @@
 #include "services/inspection/profile_ends.h"
 #include "services/inspection/stored_verdict.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/stored_enum.h"
 
 namespace sixpoint::inspection {
 namespace {
 
 using exchange::MeasuredValue;
+using runtime::StoredWords;
+
+exchange::Verdict FileVerdictAt(const std::string& stored, StoredWords* words) {
+  return FileVerdictOf(words->Value<v1::Verdict>(stored));
+}
 
 // What all results have in common.
 template <typename Row>
-exchange::InspectedPart Named(const Row& row, const std::string& result, const plant::v1::Machine* machine) {
+exchange::InspectedPart Named(const Row& row, const std::string& result, const plant::v1::Machine* machine,
+                              StoredWords* words) {
   exchange::InspectedPart part;
   part.result = result;
   part.serial = row.blade_serial;
@@ -32,14 +39,15 @@ exchange::InspectedPart Named(const Row& row, const std::string& result, const p
   part.requested_by = row.requested_by;
   part.software_version = row.software_version;
   part.recorded_at = row.recorded.recorded_at;
-  part.verdict = FileVerdictOf(row.verdict);
+  part.verdict = FileVerdictAt(row.verdict, words);
   return part;
 }
 
 // What inspections and deviation maps have besides.
 template <typename Row>
-exchange::InspectedPart Begun(const Row& row, const std::string& result, const plant::v1::Machine* machine) {
-  exchange::InspectedPart part = Named(row, result, machine);
+exchange::InspectedPart Begun(const Row& row, const std::string& result, const plant::v1::Machine* machine,
+                              StoredWords* words) {
+  exchange::InspectedPart part = Named(row, result, machine, words);
   part.decision_rule = row.decision_rule;
   part.method = row.method;
   part.registration = runtime::NameOf("registrations", row.registration_id);
@@ -63,7 +71,7 @@ exchange::Characteristic::Kind ExportedKindOf(const storage::CharacteristicFindi
   return finding.quantity.rfind("PROFILE_", 0) == 0 ? Kind::kProfile : Kind::kLength;
 }
 
-void AddFinding(const storage::CharacteristicFindingRow& finding, exchange::InspectedPart* part) {
+void AddFinding(const storage::CharacteristicFindingRow& finding, StoredWords* words, exchange::InspectedPart* part) {
   const double scale = finding.unit == "UM" ? 1e-3 : 1;
   const auto scaled = [&](const std::optional<double>& number) {
     return number ? std::optional<double>(scale * *number) : std::nullopt;
@@ -76,7 +84,7 @@ void AddFinding(const storage::CharacteristicFindingRow& finding, exchange::Insp
   characteristic.lower = scaled(finding.lower_limit);
   characteristic.upper = scaled(finding.upper_limit);
   MeasuredValue value;
-  value.verdict = FileVerdictOf(finding.verdict);
+  value.verdict = FileVerdictAt(finding.verdict, words);
   value.reason = finding.reason;
   // Of a surface that was not seen as far as was wanted, what was seen of it is no value of the tolerance.
   if (value.verdict != exchange::Verdict::kNotMeasured) {
@@ -93,16 +101,20 @@ void AddFinding(const storage::CharacteristicFindingRow& finding, exchange::Insp
 
 }  // namespace
 
-exchange::InspectedPart Exported(const storage::AssessmentRow& row, const plant::v1::Machine* machine) {
-  exchange::InspectedPart part = Named(row, runtime::NameOf("assessments", row.assessment_id), machine);
+ExportedPart Exported(const storage::AssessmentRow& row, const plant::v1::Machine* machine) {
+  const std::string result = runtime::NameOf("assessments", row.assessment_id);
+  StoredWords words(result);
+  exchange::InspectedPart part = Named(row, result, machine, &words);
   part.decision_rule =
       "of each characteristic, by " + runtime::RevisedName("drawings", row.drawing_id, row.drawing_revision);
-  for (const storage::CharacteristicFindingRow& finding : row.findings) AddFinding(finding, &part);
-  return part;
+  for (const storage::CharacteristicFindingRow& finding : row.findings) AddFinding(finding, &words, &part);
+  return words.Checked(std::optional(std::move(part)));
 }
 
-exchange::InspectedPart Exported(const storage::InspectionRow& row, const plant::v1::Machine* machine) {
-  exchange::InspectedPart part = Begun(row, runtime::NameOf("inspections", row.inspection_id), machine);
+ExportedPart Exported(const storage::InspectionRow& row, const plant::v1::Machine* machine) {
+  const std::string result = runtime::NameOf("inspections", row.inspection_id);
+  StoredWords words(result);
+  exchange::InspectedPart part = Begun(row, result, machine, &words);
   for (const storage::InspectionHoleRow& hole : row.holes) {
     const std::string name = hole.group_name + "/" + hole.hole_name;
     exchange::Characteristic position{name + "/position",        exchange::Characteristic::Kind::kPosition, "mm", 0, {},
@@ -111,8 +123,8 @@ exchange::InspectedPart Exported(const storage::InspectionRow& row, const plant:
         name + "/inclination",         exchange::Characteristic::Kind::kInclination, "deg", 0, {},
         hole.inclination_tolerance_deg};
     MeasuredValue at, leaning;
-    at.verdict = FileVerdictOf(hole.position_verdict);
-    leaning.verdict = FileVerdictOf(hole.inclination_verdict);
+    at.verdict = FileVerdictAt(hole.position_verdict, &words);
+    leaning.verdict = FileVerdictAt(hole.inclination_verdict, &words);
     at.reason = leaning.reason = hole.reason;
     if (hole.measured) {
       at.value = hole.measured->position_error_mm;
@@ -123,18 +135,19 @@ exchange::InspectedPart Exported(const storage::InspectionRow& row, const plant:
     Add(std::move(position), std::move(at), &part);
     Add(std::move(inclination), std::move(leaning), &part);
   }
-  return part;
+  return words.Checked(std::optional(std::move(part)));
 }
 
-std::optional<exchange::InspectedPart> Exported(const storage::DeviationMapRow& row,
-                                                const plant::v1::Machine* machine) {
+ExportedPart Exported(const storage::DeviationMapRow& row, const plant::v1::Machine* machine) {
   if (row.profiles.empty()) return std::nullopt;
-  exchange::InspectedPart part = Begun(row, runtime::NameOf("deviations", row.deviation_id), machine);
+  const std::string result = runtime::NameOf("deviations", row.deviation_id);
+  StoredWords words(result);
+  exchange::InspectedPart part = Begun(row, result, machine, &words);
   for (const storage::DeviationProfileRow& profile : row.profiles) {
     exchange::Characteristic characteristic{
         profile.characteristic, exchange::Characteristic::Kind::kProfile, "mm", 0, profile.lower_mm, profile.upper_mm};
     MeasuredValue value;
-    value.verdict = FileVerdictOf(profile.verdict);
+    value.verdict = FileVerdictAt(profile.verdict, &words);
     value.reason = profile.reason;
     // Of a surface that was not seen as far as was wanted, what was seen of it is no value of the tolerance.
     if (profile.lowest && profile.highest && value.verdict != exchange::Verdict::kNotMeasured) {
@@ -150,7 +163,7 @@ std::optional<exchange::InspectedPart> Exported(const storage::DeviationMapRow& 
     }
     Add(std::move(characteristic), std::move(value), &part);
   }
-  return part;
+  return words.Checked(std::optional(std::move(part)));
 }
 
 }  // namespace sixpoint::inspection

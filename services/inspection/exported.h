@@ -1,6 +1,8 @@
 // Recorded results as other systems' formats have them (exchange/).
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <optional>
 
 #include "exchange/inspected_part.h"
@@ -11,11 +13,12 @@
 
 namespace sixpoint::inspection {
 
-// machine: of the row's revision; null: not known.
-exchange::InspectedPart Exported(const storage::InspectionRow& row, const plant::v1::Machine* machine);
-// Its profile tolerances; none: it has none.
-std::optional<exchange::InspectedPart> Exported(const storage::DeviationMapRow& row, const plant::v1::Machine* machine);
+// None: the row has nothing that leaves. DATA_LOSS: a verdict that this release does not know. machine: of the row's revision; null: not known.
+using ExportedPart = absl::StatusOr<std::optional<exchange::InspectedPart>>;
+ExportedPart Exported(const storage::InspectionRow& row, const plant::v1::Machine* machine);
+// Its profile tolerances.
+ExportedPart Exported(const storage::DeviationMapRow& row, const plant::v1::Machine* machine);
 // Each finding as "balloon" or "balloon/feature". Lengths in mm, whatever the drawing has them in.
-exchange::InspectedPart Exported(const storage::AssessmentRow& row, const plant::v1::Machine* machine);
+ExportedPart Exported(const storage::AssessmentRow& row, const plant::v1::Machine* machine);
 
 }  // namespace sixpoint::inspection

@@ -1,5 +1,4 @@
 // sixpoint-inspection: the verdict on a machined blade.
-#include "services/inspection/assessment_messages.h"
 #include "services/inspection/assessment_service.h"
 #include "services/inspection/deviation_service.h"
 #include "services/inspection/disposition_service.h"
@@ -10,9 +9,7 @@
 #include "services/inspection/report_service.h"
 #include "services/inspection/section_service.h"
 #include "services/inspection/value_service.h"
-#include "services/runtime/errors.h"
 #include "services/runtime/peers.h"
-#include "services/runtime/recorded_results.h"
 #include "services/runtime/server.h"
 
 namespace sixpoint::inspection {
@@ -20,13 +17,6 @@ namespace {
 
 // Each inspection has its own threads and some hundred megabytes; more than two at once only slow each other down.
 constexpr runtime::PoolLimits kLimits{2, runtime::kAllLetIn};
-
-FindAssessment AssessmentFrom(const std::shared_ptr<storage::AssessmentStore>& store) {
-  return [store](const std::string& name, storage::Deadline deadline) {
-    return runtime::GetResult<v1::Assessment>(*store, deadline, "assessments", name, errors::v1::ASSESSMENT_NOT_FOUND,
-                                              ToProto);
-  };
-}
 
 std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& options, storage::Database* database) {
   // One for all: prepared surfaces are kept once.
@@ -60,7 +50,7 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
       {v1::ReportService::service_full_name(),
        std::make_unique<ReportService>(ReportSources{storage::InspectionsIn(database), storage::DeviationsIn(database),
                                                      storage::SectionsIn(database), storage::MeasurementsIn(database),
-                                                     AssessmentFrom(storage::AssessmentsIn(database))},
+                                                     AssessmentsOf(storage::AssessmentsIn(database))},
                                        peers)});
   services.push_back(
       {v1::ValueService::service_full_name(), std::make_unique<ValueService>(storage::ValuesIn(database))});

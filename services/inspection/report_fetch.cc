@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "services/inspection/assessment_messages.h"
 #include "services/inspection/deviation_drawing.h"
 #include "services/inspection/deviation_messages.h"
 #include "services/inspection/measurement_messages.h"
@@ -201,6 +202,14 @@ class Fetch {
 };
 
 }  // namespace
+
+FindAssessment AssessmentsOf(
+    std::shared_ptr<const storage::ResultReader<storage::AssessmentRow, storage::AssessmentFilter>> reader) {
+  return [reader = std::move(reader)](const std::string& name, storage::Deadline deadline) {
+    return runtime::GetResult<v1::Assessment>(*reader, deadline, "assessments", name, errors::v1::ASSESSMENT_NOT_FOUND,
+                                              ToProto);
+  };
+}
 
 absl::Status CheckResults(const ResultNames& results) {
   if (results.empty()) return runtime::Refuse("results", "0", "1 to 64 of one blade");

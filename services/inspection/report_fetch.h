@@ -11,6 +11,7 @@
 #include "services/clients/blade_peers.h"
 #include "services/inspection/report_of.h"
 #include "services/runtime/call.h"
+#include "storage/assessments.h"
 #include "storage/deviations.h"
 #include "storage/inspections.h"
 #include "storage/measurements.h"
@@ -20,6 +21,8 @@ namespace sixpoint::inspection {
 
 // assessments/{uuid}, by its name. ASSESSMENT_NOT_FOUND: none of that name.
 using FindAssessment = std::function<absl::StatusOr<v1::Assessment>(const std::string& name, storage::Deadline)>;
+FindAssessment AssessmentsOf(
+    std::shared_ptr<const storage::ResultReader<storage::AssessmentRow, storage::AssessmentFilter>> reader);
 
 struct ReportSources {
   std::shared_ptr<storage::InspectionStore> inspections;

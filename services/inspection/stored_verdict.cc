@@ -34,13 +34,10 @@ metrology::DecisionRule KernelRuleOf(const plant::v1::DecisionRule& rule) {
   return rule.edition() == "2017" ? DecisionRule::Probability() : DecisionRule();
 }
 
-exchange::Verdict FileVerdictOf(const std::string& text) {
-  return exchange::VerdictNamed(text).value_or(exchange::Verdict::kNotMeasured);
-}
-
 exchange::Verdict FileVerdictOf(v1::Verdict verdict) {
   if (!v1::Verdict_IsValid(verdict)) return exchange::Verdict::kNotMeasured;
-  return FileVerdictOf(v1::Verdict_Name(verdict).substr(std::strlen("VERDICT_")));
+  const std::string word = v1::Verdict_Name(verdict).substr(std::strlen("VERDICT_"));
+  return exchange::VerdictNamed(word).value_or(exchange::Verdict::kNotMeasured);
 }
 
 absl::StatusOr<std::string> VerdictFilterOf(v1::Verdict verdict) {

@@ -18,8 +18,7 @@ std::string TextOf(metrology::Verdict verdict);
 absl::StatusOr<v1::Verdict> VerdictOf(const std::string& text, const std::string& what);
 // Of a rule that was checked; without a kind ISO 14253-1 until 2013.
 metrology::DecisionRule KernelRuleOf(const plant::v1::DecisionRule& rule);
-// As files have them; one that rows have not, and none: not measured.
-exchange::Verdict FileVerdictOf(const std::string& text);
+// As files have them; none: not measured.
 exchange::Verdict FileVerdictOf(v1::Verdict verdict);
 // Of a list's filter, as rows keep it; empty: any.
 absl::StatusOr<std::string> VerdictFilterOf(v1::Verdict verdict);

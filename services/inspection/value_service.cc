@@ -53,7 +53,8 @@ absl::StatusOr<WantedValues> Read(const v1::ListValuesRequest& request, const gr
   for (const auto& [field, collection, name, id] :
        {std::tuple("blade", "blades", &request.blade(), &filter.blade_serial),
         std::tuple("machine", "machines", &request.machine(), &filter.machine_id),
-        std::tuple("part", "parts", &request.part(), &filter.part_id)}) {
+        std::tuple("part", "parts", &request.part(), &filter.part_id),
+        std::tuple("calibration", "calibrations", &request.calibration(), &filter.calibration_id)}) {
     absl::StatusOr<std::string> read = runtime::FilterIdOf(field, collection, *name);
     refusals.Add(read.status());
     if (read.ok()) *id = *std::move(read);

@@ -4,15 +4,14 @@
 #include <vector>
 
 #include "identity/password.h"
-#include "services/plant/in_transaction.h"
+#include "services/plant/still_wanted.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
 #include "services/runtime/pages.h"
+#include "services/runtime/stored_enum.h"
 #include "services/runtime/time_proto.h"
-#include "storage/one_read.h"
-#include "storage/session_ends.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -22,7 +21,6 @@ using runtime::Failure;
 using runtime::ToGrpc;
 using storage::AccountEvent;
 using storage::AccountRow;
-using storage::Transaction;
 
 constexpr std::string_view kUsers = "users/";
 
@@ -55,11 +53,12 @@ absl::StatusOr<v1::Account> AccountOf(const AccountRow& row) {
   v1::Account account;
   account.set_name(row.name);
   for (const Role role : *roles) account.add_roles(RoleToProto(role));
-  account.set_sign_in_method(MethodToProto(row.sign_in_method));
+  runtime::StoredWords words(row.name);
+  account.set_sign_in_method(words.Value<v1::SignInMethod>(row.sign_in_method));
   account.set_disabled(row.disabled);
   runtime::ToProto(row.created_at, account.mutable_created_at());
   runtime::ToProto(row.changed_at, account.mutable_changed_at());
-  return account;
+  return words.Checked(std::move(account));
 }
 
 absl::Status NotFound(const std::string& name) {
@@ -75,23 +74,14 @@ absl::Status CheckHasPassword(const AccountRow& account, const std::string& fiel
 }  // namespace
 
 absl::StatusOr<v1::Account> AccountService::Changed(const grpc::ServerContext& context, const std::string& name,
-                                                    AccountEvent event, bool ends_sessions, const Change& change) {
+                                                    AccountEvent event, bool ends_sessions,
+                                                    const storage::AccountChange& change) {
   if (absl::Status status = CheckName(name); !status.ok()) return status;
-  return InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<v1::Account> {
-    absl::StatusOr<std::optional<AccountRow>> account = storage::LockAccount(transaction, name);
-    if (!account.ok()) return account.status();
-    if (!account->has_value()) return NotFound(name);
-    const absl::StatusOr<bool> changed = change(&**account);
-    if (!changed.ok()) return changed.status();
-    if (!*changed) return AccountOf(**account);
-    absl::Status done = storage::UpdateAccount(transaction, **account);
-    if (done.ok()) done = storage::AppendAccountEvent(transaction, **account, event, runtime::RequestedBy(context));
-    if (done.ok() && ends_sessions) done = storage::EndSessions(transaction, name);
-    if (!done.ok()) return done;
-    account = storage::FindAccount(transaction, name);
-    if (!account.ok()) return account.status();
-    return AccountOf(**account);
-  });
+  const absl::StatusOr<std::optional<AccountRow>> account =
+      accounts_->Change(name, change, {event, ends_sessions, runtime::RequestedBy(context)}, StillWantedBy(context),
+                        runtime::DeadlineOf(context));
+  if (!account.ok()) return account.status();
+  return account->has_value() ? AccountOf(**account) : NotFound(name);
 }
 
 grpc::Status AccountService::CreateAccount(grpc::ServerContext* context, const v1::CreateAccountRequest* request,
@@ -110,31 +100,21 @@ grpc::Status AccountService::CreateAccount(grpc::ServerContext* context, const v
   made.sign_in_method = "password";
   made.roles = *roles;
   made.password_phc = *phc;
-  const absl::StatusOr<std::optional<AccountRow>> account =
-      InTransaction(database_, *context, [&](Transaction& transaction) -> absl::StatusOr<std::optional<AccountRow>> {
-        const absl::StatusOr<bool> inserted = storage::InsertAccount(transaction, made);
-        if (!inserted.ok()) return inserted.status();
-        if (*inserted) {
-          const absl::Status kept =
-              storage::AppendAccountEvent(transaction, made, AccountEvent::kCreated, runtime::RequestedBy(*context));
-          if (!kept.ok()) return kept;
-        }
-        return storage::FindAccount(transaction, made.name);
-      });
+  const absl::StatusOr<AccountRow> account =
+      accounts_->Create(made, runtime::RequestedBy(*context), StillWantedBy(*context), runtime::DeadlineOf(*context));
   if (!account.ok()) return ToGrpc(account.status());
-  if (!account->has_value()) return ToGrpc(absl::InternalError("account: made and not there"));
   // Another one's hash: it was there. A call that is repeated finds its own.
-  if ((*account)->password_phc != made.password_phc) {
-    const bool is_alike = (*account)->sign_in_method == made.sign_in_method && (*account)->roles == made.roles;
+  if (account->password_phc != made.password_phc) {
+    const bool is_alike = account->sign_in_method == made.sign_in_method && account->roles == made.roles;
     const absl::StatusOr<bool> same =
-        is_alike ? desk_.Matches(*context, (*account)->password_phc, request->password()) : false;
+        is_alike ? desk_.Matches(*context, account->password_phc, request->password()) : false;
     if (!same.ok()) return ToGrpc(same.status());
     if (!*same)
       return ToGrpc(Failure(errors::v1::ACCOUNT_EXISTS,
                             "account: " + made.name + " is there with other roles or another password",
                             {{"resource", made.name}}));
   }
-  return runtime::Answer(AccountOf(**account), response);
+  return runtime::Answer(AccountOf(*account), response);
 }
 
 grpc::Status AccountService::SetAccountRoles(grpc::ServerContext* context, const v1::SetAccountRolesRequest* request,
@@ -214,8 +194,7 @@ grpc::Status AccountService::GetAccount(grpc::ServerContext* context, const v1::
                                         v1::Account* response) {
   if (absl::Status status = CheckName(request->name()); !status.ok()) return ToGrpc(status);
   const absl::StatusOr<std::optional<AccountRow>> account =
-      storage::OneRead(*database_, runtime::DeadlineOf(*context),
-                       [&](Transaction& transaction) { return storage::FindAccount(transaction, request->name()); });
+      accounts_->Find(request->name(), runtime::DeadlineOf(*context));
   if (!account.ok()) return ToGrpc(account.status());
   return account->has_value() ? runtime::Answer(AccountOf(**account), response) : ToGrpc(NotFound(request->name()));
 }
@@ -226,20 +205,13 @@ grpc::Status AccountService::ListAccounts(grpc::ServerContext* context, const v1
   const absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
   const absl::StatusOr<std::vector<AccountRow>> rows =
-      storage::OneRead(*database_, runtime::DeadlineOf(*context), [&](Transaction& transaction) {
-        return storage::ListAccounts(transaction, std::string(kUsers) + page->after_id, page->size + 1);
-      });
+      accounts_->List(std::string(kUsers) + page->after_id, page->size + 1, runtime::DeadlineOf(*context));
   if (!rows.ok()) return ToGrpc(rows.status());
-  for (const AccountRow& row : *rows) {
-    if (response->accounts_size() == page->size) {
-      const std::string& last = response->accounts(page->size - 1).name();
-      response->set_next_page_token(runtime::TokenAfterId(filters, last.substr(kUsers.size())));
-      break;
-    }
-    absl::StatusOr<v1::Account> account = AccountOf(row);
-    if (!account.ok()) return ToGrpc(account.status());
-    *response->add_accounts() = *std::move(account);
-  }
+  const absl::StatusOr<const AccountRow*> last =
+      runtime::AddPage(*rows, page->size, AccountOf, response->mutable_accounts());
+  if (!last.ok()) return ToGrpc(last.status());
+  if (*last != nullptr)
+    response->set_next_page_token(runtime::TokenAfterId(filters, (*last)->name.substr(kUsers.size())));
   return grpc::Status::OK;
 }
 

@@ -3,23 +3,21 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "services/plant/session_desk.h"
 #include "sixpoint/plant/v1/account.grpc.pb.h"
-#include "storage/accounts.h"
-#include "storage/database.h"
+#include "storage/account_store.h"
 
 namespace sixpoint::plant {
 
 // Thread-safe.
 class AccountService final : public v1::AccountService::Service {
  public:
-  // `database` lives longer.
-  AccountService(storage::Database* database, SessionDeskOptions options)
-      : database_(database), desk_(database, std::move(options)) {}
+  AccountService(std::shared_ptr<storage::AccountStore> accounts, SessionDeskOptions options)
+      : accounts_(std::move(accounts)), desk_(accounts_, std::move(options)) {}
 
   grpc::Status CreateAccount(grpc::ServerContext* context, const v1::CreateAccountRequest* request,
                              v1::Account* response) override;
@@ -46,12 +44,11 @@ class AccountService final : public v1::AccountService::Service {
                        v1::SignOutResponse* response) override;
 
  private:
-  // What is changed of an account under its lock; nothing where it is so already.
-  using Change = std::function<absl::StatusOr<bool>(storage::AccountRow*)>;
   absl::StatusOr<v1::Account> Changed(const grpc::ServerContext& context, const std::string& name,
-                                      storage::AccountEvent event, bool ends_sessions, const Change& change);
+                                      storage::AccountEvent event, bool ends_sessions,
+                                      const storage::AccountChange& change);
 
-  storage::Database* const database_;
+  const std::shared_ptr<storage::AccountStore> accounts_;
   SessionDesk desk_;
 };
 

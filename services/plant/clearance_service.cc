@@ -97,12 +97,11 @@ grpc::Status ClearanceService::ListClearances(grpc::ServerContext* context, cons
   const storage::ClearanceFilter filter{request->holder(), request->scope(), request->withdrawn_too()};
   const auto rows = clearances_->List(filter, page->before_sequence, page->size + 1, runtime::DeadlineOf(*context));
   if (!rows.ok()) return ToGrpc(rows.status());
-  if (runtime::AddPage(
-          *rows, page->size, [](const storage::ClearanceRow& row) { return ClearanceOf(row); },
-          response->mutable_clearances())) {
-    const auto last = static_cast<std::size_t>(page->size) - 1;
-    response->set_next_page_token(runtime::TokenAfter(filters, (*rows)[last].granted_sequence));
-  }
+  const absl::StatusOr<const storage::ClearanceRow*> last = runtime::AddPage(
+      *rows, page->size, [](const storage::ClearanceRow& row) { return ClearanceOf(row); },
+      response->mutable_clearances());
+  if (!last.ok()) return ToGrpc(last.status());
+  if (*last != nullptr) response->set_next_page_token(runtime::TokenAfter(filters, (*last)->granted_sequence));
   return grpc::Status::OK;
 }
 

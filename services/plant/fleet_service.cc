@@ -101,10 +101,12 @@ grpc::Status FleetService::ListMachineStates(grpc::ServerContext* context, const
   const auto names = NamesOf(fleet->uploads, *clearances_, filter.reader, deadline);
   if (!names.ok()) return ToGrpc(names.status());
   const std::vector<v1::MachineState> states = StatesOf(*fleet, *names);
-  if (runtime::AddPage(
-          states, page->size, [](const v1::MachineState& state) { return state; }, response->mutable_machines()))
+  const absl::StatusOr<const v1::MachineState*> last = runtime::AddPage(
+      states, page->size, [](const v1::MachineState& state) { return state; }, response->mutable_machines());
+  if (!last.ok()) return ToGrpc(last.status());
+  if (*last != nullptr)
     response->set_next_page_token(
-        runtime::TokenAfterId(filters, fleet->machine_ids[static_cast<std::size_t>(page->size - 1)]));
+        runtime::TokenAfterId(filters, fleet->machine_ids[static_cast<std::size_t>(*last - states.data())]));
   runtime::ToProto(filter.span.from, response->mutable_counted_from());
   runtime::ToProto(filter.span.until, response->mutable_counted_until());
   return grpc::Status::OK;

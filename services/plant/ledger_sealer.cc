@@ -7,7 +7,6 @@
 
 #include "services/runtime/log.h"
 #include "services/runtime/server.h"
-#include "storage/ledger.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -28,21 +27,11 @@ std::string NowText() {
   return text;
 }
 
-// Work in a transaction of the ledger's.
-template <typename Work>
-absl::Status InLedger(storage::Database& database, const Work& work) {
-  absl::StatusOr<storage::Transaction> transaction = database.Begin(Soon());
-  if (!transaction.ok()) return transaction.status();
-  absl::Status done = storage::BeginLedger(*transaction);
-  if (done.ok()) done = work(*transaction);
-  return done.ok() ? transaction->Commit() : done;
-}
-
 }  // namespace
 
-LedgerSealer::LedgerSealer(LedgerSealerOptions options, const std::string& conninfo,
+LedgerSealer::LedgerSealer(LedgerSealerOptions options, std::shared_ptr<storage::LedgerStore> ledger,
                            std::optional<ledger::SigningKey> key)
-    : options_(std::move(options)), database_(storage::Database::Open(conninfo, 1)), key_(std::move(key)) {
+    : options_(std::move(options)), ledger_(std::move(ledger)), key_(std::move(key)) {
   if (options_.every.count() > 0) thread_ = std::thread([this] { Run(); });
 }
 
@@ -62,7 +51,7 @@ bool LedgerSealer::KeepGoing() {
 
 // A newer schema may keep rows of an entry where this release does not look: the new one seals them.
 bool LedgerSealer::Ready() {
-  const absl::StatusOr<int> version = database_->SchemaVersion(Soon());
+  const absl::StatusOr<int> version = ledger_->SchemaVersion(Soon());
   return version.ok() && *version == runtime::NewestMigration();
 }
 
@@ -86,26 +75,22 @@ void LedgerSealer::Run() {
 
 absl::Status LedgerSealer::SealAll() {
   for (bool more = true; more && KeepGoing();) {
-    const absl::Status sealed = InLedger(*database_, [&](storage::Transaction& transaction) {
-      const absl::StatusOr<storage::Sealed> some = storage::SealEntries(transaction, kBatch);
-      more = some.ok() && some->more;
-      return some.status();
-    });
-    if (!sealed.ok()) return sealed;
+    const absl::StatusOr<storage::Sealed> some = ledger_->Seal(kBatch, Soon());
+    if (!some.ok()) return some.status();
+    more = some->more;
   }
   return absl::OkStatus();
 }
 
 // The tree must begin as it did when the last head was sent out.
-absl::Status LedgerSealer::CheckAgainst(storage::Transaction& transaction, const ledger::Head& last,
-                                        std::int64_t size) {
+absl::Status LedgerSealer::CheckAgainst(const ledger::Head& last, std::int64_t size) {
   if (last.tree_size == 0) return absl::OkStatus();
   const std::string sent =
       "the head of " + std::to_string(last.tree_size) + " entries that was sent out at " + last.signed_at;
   if (size < last.tree_size)
     return absl::FailedPreconditionError("the database holds " + std::to_string(size) + " leaves, want those of " +
                                          sent + ": entries were cut off, or the database was set back");
-  const absl::StatusOr<ledger::Hash> root = storage::RootOf(transaction, {0, last.tree_size});
+  const absl::StatusOr<ledger::Hash> root = ledger_->Root(last.tree_size, Soon());
   if (!root.ok()) return root.status();
   if (*root == last.root) return absl::OkStatus();
   return absl::FailedPreconditionError("the leaves have another root than " + sent + ": they were rewritten");
@@ -113,42 +98,35 @@ absl::Status LedgerSealer::CheckAgainst(storage::Transaction& transaction, const
 
 absl::Status LedgerSealer::SignHead() {
   if (!key_) return absl::NotFoundError("no key, want --ledger-key");
-  storage::KeptHead kept;
-  bool is_new = false;
-  const absl::Status told = InLedger(*database_, [&](storage::Transaction& transaction) -> absl::Status {
-    const absl::StatusOr<storage::LedgerEnd> end = storage::ReadLedgerEnd(transaction);
-    if (!end.ok()) return end.status();
-    absl::StatusOr<ledger::Head> last = ledger::Head();
-    if (!options_.heads_file.empty()) last = ledger::LastHead(options_.heads_file);
-    if (!last.ok()) return last.status();
-    if (absl::Status agrees = CheckAgainst(transaction, *last, end->size); !agrees.ok()) return agrees;
-    const absl::StatusOr<std::optional<storage::KeptHead>> newest = storage::NewestHead(transaction);
-    if (!newest.ok()) return newest.status();
-    // Where heads are sent out, those tell what is new: what the database says of it may be anything.
-    const std::int64_t kept_size = newest->has_value() ? (*newest)->head.tree_size : 0;
-    is_new = end->size > (options_.heads_file.empty() ? kept_size : last->tree_size);
-    if (!is_new && last->tree_size > kept_size) return storage::KeepHead(transaction, {*last, key_->public_pem()});
-    if (!is_new) return absl::OkStatus();
-    const absl::StatusOr<ledger::Hash> root = storage::RootOf(transaction, {0, end->size});
-    if (!root.ok()) return root.status();
-    const absl::StatusOr<std::string> plant = storage::PlantId(transaction);
-    if (!plant.ok()) return plant.status();
-    kept.head.plant_id = *plant;
-    kept.head.tree_size = end->size;
-    kept.head.root = *root;
-    kept.head.record_sequence = end->record_sequence;
-    return absl::OkStatus();
-  });
-  if (!told.ok() || !is_new) return told;
-  kept.head.signed_at = NowText();
-  absl::StatusOr<ledger::Head> signed_head = key_->Sign(kept.head);
+  const absl::StatusOr<storage::LedgerEnd> end = ledger_->End(Soon());
+  if (!end.ok()) return end.status();
+  absl::StatusOr<ledger::Head> last = ledger::Head();
+  if (!options_.heads_file.empty()) last = ledger::LastHead(options_.heads_file);
+  if (!last.ok()) return last.status();
+  if (absl::Status agrees = CheckAgainst(*last, end->size); !agrees.ok()) return agrees;
+  const absl::StatusOr<std::optional<storage::KeptHead>> newest = ledger_->NewestHead(Soon());
+  if (!newest.ok()) return newest.status();
+  // Where heads are sent out, those tell what is new: what the database says of it may be anything.
+  const std::int64_t kept_size = newest->has_value() ? (*newest)->head.tree_size : 0;
+  const bool is_new = end->size > (options_.heads_file.empty() ? kept_size : last->tree_size);
+  if (!is_new && last->tree_size > kept_size) return ledger_->KeepHead({*last, key_->public_pem()}, Soon());
+  if (!is_new) return absl::OkStatus();
+  const absl::StatusOr<ledger::Hash> root = ledger_->Root(end->size, Soon());
+  if (!root.ok()) return root.status();
+  const absl::StatusOr<std::string> plant = ledger_->PlantId(Soon());
+  if (!plant.ok()) return plant.status();
+  ledger::Head head;
+  head.plant_id = *plant;
+  head.tree_size = end->size;
+  head.root = *root;
+  head.record_sequence = end->record_sequence;
+  head.signed_at = NowText();
+  const absl::StatusOr<ledger::Head> signed_head = key_->Sign(std::move(head));
   if (!signed_head.ok()) return signed_head.status();
-  kept.head = *std::move(signed_head);
-  kept.public_key = key_->public_pem();
   // Out first: what the database keeps is only what was sent.
   if (!options_.heads_file.empty())
-    if (absl::Status sent = ledger::AppendHead(options_.heads_file, kept.head); !sent.ok()) return sent;
-  return InLedger(*database_, [&](storage::Transaction& transaction) { return storage::KeepHead(transaction, kept); });
+    if (absl::Status sent = ledger::AppendHead(options_.heads_file, *signed_head); !sent.ok()) return sent;
+  return ledger_->KeepHead({*signed_head, key_->public_pem()}, Soon());
 }
 
 }  // namespace sixpoint::plant

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "ledger/head.h"
-#include "storage/database.h"
+#include "storage/ledger_store.h"
 
 namespace sixpoint::plant {
 
@@ -21,11 +21,12 @@ struct LedgerSealerOptions {
   std::string heads_file;                       // where heads are sent out: a line each; empty: nowhere
 };
 
-// One thread and one connection of its own: calls never wait for it, and it never holds the journal's lock.
+// One thread of its own, which never holds the journal's lock.
 class LedgerSealer {
  public:
-  // key: none: entries are sealed, and no head is signed.
-  LedgerSealer(LedgerSealerOptions options, const std::string& conninfo, std::optional<ledger::SigningKey> key);
+  // ledger: one by a connection of its own, so that calls never wait for it. key: none: entries are sealed, and no head is signed.
+  LedgerSealer(LedgerSealerOptions options, std::shared_ptr<storage::LedgerStore> ledger,
+               std::optional<ledger::SigningKey> key);
   // Within about a second.
   ~LedgerSealer();
 
@@ -38,10 +39,10 @@ class LedgerSealer {
   void Run();
   bool Ready();
   bool KeepGoing();
-  absl::Status CheckAgainst(storage::Transaction& transaction, const ledger::Head& last, std::int64_t size);
+  absl::Status CheckAgainst(const ledger::Head& last, std::int64_t size);
 
   const LedgerSealerOptions options_;
-  const std::unique_ptr<storage::Database> database_;
+  const std::shared_ptr<storage::LedgerStore> ledger_;
   const std::optional<ledger::SigningKey> key_;
   std::mutex mutex_;
   std::condition_variable stopped_;

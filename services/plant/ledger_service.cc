@@ -12,9 +12,6 @@
 #include "services/runtime/resource_name.h"
 #include "services/runtime/server.h"
 #include "services/runtime/time_proto.h"
-#include "storage/ledger.h"
-#include "storage/ledger_check.h"
-#include "storage/plant_store.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -29,23 +26,13 @@ constexpr std::size_t kMostBytesAtOnce = 8 << 20;  // about so many of a proof a
 constexpr std::chrono::hours kLongestCheck{24};
 
 // Another schema may keep rows of an entry where this release does not look, and would tell them as damage.
-absl::Status SchemaIsOurs(storage::Database* database, storage::Deadline deadline) {
-  const absl::StatusOr<int> version = database->SchemaVersion(deadline);
+absl::Status SchemaIsOurs(const storage::LedgerReader& ledger, storage::Deadline deadline) {
+  const absl::StatusOr<int> version = ledger.SchemaVersion(deadline);
   if (!version.ok()) return version.status();
   if (*version == runtime::NewestMigration()) return absl::OkStatus();
   return runtime::Failure(errors::v1::SERVICE_NOT_READY,
                           "ledger: the schema is of version " + std::to_string(*version) + ", want " +
                               std::to_string(runtime::NewestMigration()) + " to compare it");
-}
-
-// A read of the ledger's own, in a transaction that ends with it.
-template <typename Work>
-auto ReadLedger(storage::Database* database, storage::Deadline deadline, const Work& work)
-    -> decltype(work(std::declval<storage::Transaction&>())) {
-  absl::StatusOr<storage::Transaction> transaction = database->Begin(deadline);
-  if (!transaction.ok()) return transaction.status();
-  if (absl::Status begun = storage::BeginLedger(*transaction); !begun.ok()) return begun;
-  return work(*transaction);
 }
 
 // "2026-11-25T01:02:03Z", as it is signed.
@@ -82,56 +69,46 @@ v1::DamageKind DamageKindOf(storage::DamageKind kind) {
   return v1::DAMAGE_KIND_UNSPECIFIED;
 }
 
-absl::StatusOr<storage::KeptHead> HeadNow(storage::Database* database, storage::Deadline deadline) {
-  auto head = ReadLedger(database, deadline,
-                         [](storage::Transaction& transaction) { return storage::NewestHead(transaction); });
+absl::StatusOr<storage::KeptHead> HeadNow(const storage::LedgerReader& ledger, storage::Deadline deadline) {
+  absl::StatusOr<std::optional<storage::KeptHead>> head = ledger.NewestHead(deadline);
   if (!head.ok()) return head.status();
   if (!head->has_value())
     return runtime::Failure(errors::v1::LEDGER_NOT_SEALED, "ledger: no head was signed yet, want one");
   return **std::move(head);
 }
 
-absl::StatusOr<v1::ProvenEntry> Prove(storage::Transaction& transaction, const storage::LedgerColumns& columns,
-                                      const storage::SealedEntry& entry, std::int64_t size) {
+v1::ProvenEntry ProvenOf(const storage::EntryProof& proof) {
   v1::ProvenEntry proven;
-  proven.set_leaf_index(entry.leaf.index);
-  proven.set_record_sequence(entry.leaf.record_sequence);
-  proven.set_leaf(LeafText(entry.leaf));
-  proven.set_content(entry.content);
-  const auto named = storage::ReadNameText(transaction, columns, entry.leaf.record_id);
-  if (!named.ok()) return named.status();
-  proven.set_name(named->name);
-  proven.set_name_row(named->text);
-  const auto texts = storage::ReadRowTexts(transaction, columns, entry.leaf.record_id, kMostRowBytes);
-  if (!texts.ok()) return texts.status();
-  for (const auto& [table, rows] : storage::ContentOf(entry.content)) {
+  proven.set_leaf_index(proof.sealed.leaf.index);
+  proven.set_record_sequence(proof.sealed.leaf.record_sequence);
+  proven.set_leaf(LeafText(proof.sealed.leaf));
+  proven.set_content(proof.sealed.content);
+  proven.set_name(proof.named.name);
+  proven.set_name_row(proof.named.text);
+  for (const auto& [table, rows] : storage::ContentOf(proof.sealed.content)) {
     v1::SealedRows* sealed = proven.add_tables();
     sealed->set_table(table);
-    const auto found = texts->find(table);
-    if (found != texts->end()) *sealed->mutable_rows() = {found->second.begin(), found->second.end()};
+    const auto found = proof.row_texts.find(table);
+    if (found != proof.row_texts.end()) *sealed->mutable_rows() = {found->second.begin(), found->second.end()};
   }
-  const absl::StatusOr<std::vector<ledger::Hash>> path = storage::PathOf(transaction, entry.leaf.index, size);
-  if (!path.ok()) return path.status();
-  for (const ledger::Hash& hash : *path) proven.add_audit_path(hash);
+  for (const ledger::Hash& hash : proof.audit_path) proven.add_audit_path(hash);
   return proven;
 }
 
 // One check from its first leaf to its last message.
 class Check {
  public:
-  Check(storage::Database* database, const storage::ClearanceReader& clearances, grpc::ServerContext* context,
+  Check(const storage::LedgerReader& ledger, const storage::ClearanceReader& clearances, grpc::ServerContext* context,
         grpc::ServerWriter<v1::LedgerSlice>* writer)
-      : database_(database),
+      : ledger_(ledger),
         clearances_(clearances),
         reader_(runtime::ReaderOf(*context)),
         deadline_(runtime::DeadlineWithin(*context, kLongestCheck)),
-        context_(context),
         writer_(writer) {}
 
   absl::Status Run(bool with_blobs) {
-    if (absl::Status ours = SchemaIsOurs(database_, deadline_); !ours.ok()) return ours;
-    const auto end = ReadLedger(database_, deadline_,
-                                [](storage::Transaction& transaction) { return storage::ReadLedgerEnd(transaction); });
+    if (absl::Status ours = SchemaIsOurs(ledger_, deadline_); !ours.ok()) return ours;
+    const absl::StatusOr<storage::LedgerEnd> end = ledger_.End(deadline_);
     if (!end.ok()) return end.status();
     size_ = end->size;
     absl::Status done = absl::OkStatus();
@@ -145,30 +122,21 @@ class Check {
 
  private:
   absl::Status SendLeaves(ledger::LeafSpan span) {
+    const absl::StatusOr<storage::CheckedLeaves> checked = ledger_.CheckLeaves(span, last_sequence_, deadline_);
+    if (!checked.ok()) return checked.status();
+    const storage::LedgerSlice& slice = checked->slice;
+    last_sequence_ = slice.last_sequence;
     v1::LedgerSlice message;
     message.set_first_leaf_index(span.begin);
-    std::vector<storage::LedgerNode> nodes;
-    const auto slice = ReadLedger(database_, deadline_,
-                                  [&](storage::Transaction& transaction) -> absl::StatusOr<storage::LedgerSlice> {
-                                    auto checked = storage::CheckSlice(transaction, span, last_sequence_);
-                                    auto heads = storage::ReadHeads(transaction, span.begin, span.end);
-                                    auto kept = storage::ReadNodes(transaction, span);
-                                    if (!heads.ok()) return heads.status();
-                                    if (!kept.ok()) return kept.status();
-                                    for (const storage::KeptHead& head : *heads) *message.add_heads() = HeadOf(head);
-                                    nodes = *std::move(kept);
-                                    return checked;
-                                  });
-    if (!slice.ok()) return slice.status();
-    last_sequence_ = slice->last_sequence;
-    for (const ledger::Hash& hash : slice->leaf_hashes) message.mutable_leaf_hashes()->append(hash);
-    for (const auto& [month, count] : slice->not_here) {
+    for (const storage::KeptHead& head : checked->heads) *message.add_heads() = HeadOf(head);
+    for (const ledger::Hash& hash : slice.leaf_hashes) message.mutable_leaf_hashes()->append(hash);
+    for (const auto& [month, count] : slice.not_here) {
       v1::DetachedEntries* detached = message.add_detached();
       detached->set_month(month);
       detached->set_entry_count(count);
     }
-    std::vector<storage::LedgerDamage> damages = slice->damages;
-    CheckNodes(slice->leaf_hashes, nodes, &damages);
+    std::vector<storage::LedgerDamage> damages = slice.damages;
+    CheckNodes(slice.leaf_hashes, checked->nodes, &damages);
     return Send(damages, &message);
   }
 
@@ -188,52 +156,37 @@ class Check {
           {storage::DamageKind::kChanged, "ledger_nodes", "", "", 0, "subtrees that do not follow from the leaves"});
   }
 
-  absl::Status SendPlain() {
-    const auto damages = ReadLedger(database_, deadline_, [](storage::Transaction& transaction) {
-      return storage::CheckTablesArePlain(transaction);
-    });
-    v1::LedgerSlice message;
-    return damages.ok() ? Send(*damages, &message) : damages.status();
-  }
-
+  absl::Status SendPlain() { return SendDamages(ledger_.CheckTablesArePlain(deadline_)); }
   absl::Status SendOrphans(std::size_t table_index) {
-    const auto damages = ReadLedger(database_, deadline_, [&](storage::Transaction& transaction) {
-      return storage::CheckOrphans(transaction, table_index);
-    });
-    v1::LedgerSlice message;
-    return damages.ok() ? Send(*damages, &message) : damages.status();
+    return SendDamages(ledger_.CheckOrphans(table_index, deadline_));
   }
 
   absl::Status SendBlobs() {
-    const auto gone = ReadLedger(database_, deadline_, [](storage::Transaction& transaction) {
-      return storage::CheckBlobsAreThere(transaction);
-    });
-    if (!gone.ok()) return gone.status();
-    v1::LedgerSlice first;
-    absl::Status done = Send(*gone, &first);
+    absl::Status done = SendDamages(ledger_.CheckBlobsAreThere(deadline_));
     for (std::string after; done.ok();) {
-      const auto slice = ReadLedger(database_, deadline_, [&](storage::Transaction& transaction) {
-        return storage::CheckBlobSlice(transaction, after, kBlobsAtOnce);
-      });
+      const absl::StatusOr<storage::BlobSlice> slice = ledger_.CheckBlobSlice(after, kBlobsAtOnce, deadline_);
       if (!slice.ok()) return slice.status();
       if (slice->count == 0) return absl::OkStatus();
       after = slice->last_sha256;
       checked_blob_count_ += slice->count;
-      v1::LedgerSlice message;
-      done = Send(slice->damages, &message);
+      done = SendDamages(slice->damages);
     }
     return done;
   }
 
   absl::Status SendLast() {
-    const auto unsealed = ReadLedger(database_, deadline_, [&](storage::Transaction& transaction) {
-      return storage::CountUnsealed(transaction, last_sequence_);
-    });
+    const absl::StatusOr<std::int64_t> unsealed = ledger_.CountUnsealed(last_sequence_, deadline_);
     if (!unsealed.ok()) return unsealed.status();
     v1::LedgerSlice message;
     message.set_unsealed_count(*unsealed);
     message.set_is_last(true);
     return Send({}, &message);
+  }
+
+  absl::Status SendDamages(const absl::StatusOr<std::vector<storage::LedgerDamage>>& damages) {
+    if (!damages.ok()) return damages.status();
+    v1::LedgerSlice message;
+    return Send(*damages, &message);
   }
 
   absl::Status Send(const std::vector<storage::LedgerDamage>& damages, v1::LedgerSlice* message) {
@@ -259,11 +212,10 @@ class Check {
     return writer_->Write(*message) ? absl::OkStatus() : absl::CancelledError("ledger: the client went away");
   }
 
-  storage::Database* const database_;
+  const storage::LedgerReader& ledger_;
   const storage::ClearanceReader& clearances_;
   const storage::Reader reader_;
   const storage::Deadline deadline_;
-  grpc::ServerContext* const context_;
   grpc::ServerWriter<v1::LedgerSlice>* const writer_;
   std::int64_t size_ = 0, last_sequence_ = storage::kBeforeAll, checked_blob_count_ = 0;
   ledger::CompactRange range_;
@@ -273,7 +225,7 @@ class Check {
 
 grpc::Status LedgerService::GetLedgerHead(grpc::ServerContext* context, const v1::GetLedgerHeadRequest* /*request*/,
                                           v1::LedgerHead* response) {
-  const absl::StatusOr<storage::KeptHead> head = HeadNow(database_, runtime::DeadlineOf(*context));
+  const absl::StatusOr<storage::KeptHead> head = HeadNow(*ledger_, runtime::DeadlineOf(*context));
   if (!head.ok()) return ToGrpc(head.status());
   *response = HeadOf(*head);
   return grpc::Status::OK;
@@ -284,47 +236,29 @@ grpc::Status LedgerService::GetBladeProof(grpc::ServerContext* context, const v1
   const absl::StatusOr<std::string> serial = runtime::IdOf("name", "blades", request->name());
   if (!serial.ok()) return ToGrpc(serial.status());
   const storage::Deadline deadline = runtime::DeadlineOf(*context);
-  const auto blade = storage::PlantIn(database_).blades->Find(*serial, deadline);
+  const auto blade = blades_->Find(*serial, deadline);
   if (!blade.ok()) return ToGrpc(blade.status());
   if (!blade->has_value())
     return ToGrpc(runtime::Failure(errors::v1::BLADE_NOT_FOUND,
                                    "name: " + request->name() + ", want one that is registered",
                                    {{"resource", request->name()}}));
-  const absl::StatusOr<storage::KeptHead> head = HeadNow(database_, deadline);
+  const absl::StatusOr<storage::KeptHead> head = HeadNow(*ledger_, deadline);
   if (!head.ok()) return ToGrpc(head.status());
-  const std::int64_t size = head->head.tree_size;
   v1::ProvenEntry first;
   *first.mutable_head() = HeadOf(*head);
-  for (std::int64_t after = 0;;) {
-    std::vector<v1::ProvenEntry> messages;
-    const auto proven = ReadLedger(database_, deadline, [&](storage::Transaction& transaction) -> absl::StatusOr<bool> {
-      const auto columns = storage::ReadLedgerColumns(transaction);
-      if (!columns.ok()) return columns.status();
-      if (after == 0) {
-        const auto unsealed = storage::CountUnsealedOfBlade(transaction, *serial, size);
-        if (!unsealed.ok()) return unsealed.status();
-        first.set_unsealed_count(*unsealed);
-      }
-      const auto entries = storage::SealedOfBlade(transaction, *serial, size, after, kEntriesAtOnce);
-      if (!entries.ok()) return entries.status();
-      std::size_t bytes = 0;
-      for (const storage::SealedEntry& entry : *entries) {
-        if (bytes > kMostBytesAtOnce) return true;
-        absl::StatusOr<v1::ProvenEntry> one = Prove(transaction, *columns, entry, size);
-        if (!one.ok()) return one.status();
-        bytes += one->ByteSizeLong();
-        messages.push_back(*std::move(one));
-        after = entry.leaf.record_sequence;
-      }
-      return entries->size() == kEntriesAtOnce;
-    });
-    if (!proven.ok()) return ToGrpc(proven.status());
-    for (v1::ProvenEntry& message : messages) {
+  storage::ProofQuery query{*serial, head->head.tree_size, 0, kEntriesAtOnce, kMostRowBytes, kMostBytesAtOnce};
+  for (bool more = true; more;) {
+    const absl::StatusOr<storage::ProofPage> page = ledger_->ProofOfBlade(query, deadline);
+    if (!page.ok()) return ToGrpc(page.status());
+    if (query.after_sequence == 0) first.set_unsealed_count(page->unsealed_count);
+    for (const storage::EntryProof& proof : page->entries) {
+      v1::ProvenEntry message = ProvenOf(proof);
       message.MergeFrom(first);
       first.Clear();
       if (!writer->Write(message)) return ToGrpc(absl::CancelledError("proof: the client went away"));
+      query.after_sequence = proof.sealed.leaf.record_sequence;
     }
-    if (!*proven) break;
+    more = page->more;
   }
   if (!first.has_head()) return grpc::Status::OK;
   return ToGrpc(
@@ -335,7 +269,7 @@ grpc::Status LedgerService::VerifyLedger(grpc::ServerContext* context, const v1:
                                          grpc::ServerWriter<v1::LedgerSlice>* writer) {
   const auto slot = checks_.Enter(runtime::DeadlineOf(*context), runtime::KeepGoing(*context));
   if (!slot.ok()) return ToGrpc(slot.status());
-  return ToGrpc(Check(database_, *clearances_, context, writer).Run(request->with_blobs()));
+  return ToGrpc(Check(*ledger_, *clearances_, context, writer).Run(request->with_blobs()));
 }
 
 }  // namespace sixpoint::plant

@@ -1,5 +1,5 @@
-// sixpoint.plant.v1.LedgerService: heads, proofs and the check of the ledger. Reads in short transactions of a role that reads the whole
-// record: what is sealed never changes, so that a slow client holds none open.
+// sixpoint.plant.v1.LedgerService: heads, proofs and the check of the ledger. Reads page by page: what is sealed never changes, so that a
+// slow client holds nothing of the store.
 #pragma once
 
 #include <memory>
@@ -8,16 +8,20 @@
 #include "services/plant/ledger_sealer.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/plant/v1/ledger.grpc.pb.h"
-#include "storage/clearances.h"
-#include "storage/database.h"
+#include "storage/ledger_store.h"
+#include "storage/plant_store.h"
 
 namespace sixpoint::plant {
 
 class LedgerService final : public v1::LedgerService::Service {
  public:
   // sealer: may be none.
-  LedgerService(storage::Database* database, std::unique_ptr<LedgerSealer> sealer)
-      : database_(database), clearances_(storage::ClearancesIn(database)), sealer_(std::move(sealer)) {}
+  LedgerService(std::shared_ptr<const storage::LedgerReader> ledger, std::shared_ptr<const storage::BladeReader> blades,
+                std::shared_ptr<const storage::ClearanceReader> clearances, std::unique_ptr<LedgerSealer> sealer)
+      : ledger_(std::move(ledger)),
+        blades_(std::move(blades)),
+        clearances_(std::move(clearances)),
+        sealer_(std::move(sealer)) {}
 
   grpc::Status GetLedgerHead(grpc::ServerContext* context, const v1::GetLedgerHeadRequest* request,
                              v1::LedgerHead* response) override;
@@ -27,7 +31,8 @@ class LedgerService final : public v1::LedgerService::Service {
                             grpc::ServerWriter<v1::LedgerSlice>* writer) override;
 
  private:
-  storage::Database* const database_;
+  const std::shared_ptr<const storage::LedgerReader> ledger_;
+  const std::shared_ptr<const storage::BladeReader> blades_;
   const std::shared_ptr<const storage::ClearanceReader> clearances_;
   const std::unique_ptr<LedgerSealer> sealer_;
   // One reads all of the record; more at once would take the database from who records.

@@ -62,7 +62,9 @@ std::unique_ptr<LedgerSealer> MakeSealer(const LedgerOptions& options, const std
   sealer.every = std::chrono::seconds(options.every_s);
   sealer.head_every = std::chrono::seconds(options.head_every_s);
   sealer.heads_file = options.heads_file;
-  return options.every_s == 0 ? nullptr : std::make_unique<LedgerSealer>(sealer, conninfo, std::move(key));
+  if (options.every_s == 0) return nullptr;
+  return std::make_unique<LedgerSealer>(sealer, storage::LedgerIn(storage::Database::Open(conninfo, 1)),
+                                        std::move(key));
 }
 
 // provider: null where the plant has none.
@@ -88,11 +90,13 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   // Whoever listens takes no connection from calls.
   const auto pages = storage::EventsIn(storage::Database::Open(options.database, kCatchUpConnections));
   auto events = std::make_unique<EventService>(storage::EventsIn(storage::Database::Open(options.database, 1)), pages);
-  auto sender = std::make_unique<WebhookSender>(database, pages, events->tail(), webhooks);
+  const auto kept_webhooks = storage::WebhooksIn(database);
+  auto sender = std::make_unique<WebhookSender>(kept_webhooks, storage::WebhookDeliveriesIn(database), pages,
+                                                events->tail(), webhooks);
   services.push_back({v1::EventService::service_full_name(), std::move(events)});
   EventService* const told = static_cast<EventService*>(services.back().service.get());
   services.back().on_stop = [told] { told->Stop(); };
-  auto sent = std::make_unique<WebhookService>(database, pages, std::move(sender));
+  auto sent = std::make_unique<WebhookService>(kept_webhooks, pages, std::move(sender));
   services.push_back({v1::WebhookService::service_full_name(), std::move(sent)});
   WebhookService* const sending = static_cast<WebhookService*>(services.back().service.get());
   services.back().on_stop = [sending] { sending->Stop(); };
@@ -103,16 +107,17 @@ std::vector<runtime::ServedService> MakeServices(const runtime::ServerOptions& o
   desk.trust = TrustOf(options);
   desk.provider = std::move(provider);
   desk.count_refused = options.count_refused_sign_in;
-  services.push_back(
-      {v1::AccountService::service_full_name(), std::make_unique<AccountService>(database, std::move(desk))});
+  services.push_back({v1::AccountService::service_full_name(),
+                      std::make_unique<AccountService>(storage::AccountsIn(database), std::move(desk))});
   services.push_back(
       {v1::PersonService::service_full_name(), std::make_unique<PersonService>(storage::PersonsIn(database))});
   services.push_back({v1::ClearanceService::service_full_name(),
                       std::make_unique<ClearanceService>(storage::ClearanceStoreIn(database))});
   services.push_back({v1::FleetService::service_full_name(),
                       std::make_unique<FleetService>(storage::FleetIn(database), stores.clearances)});
-  services.push_back(
-      {v1::LedgerService::service_full_name(), std::make_unique<LedgerService>(database, std::move(sealer))});
+  services.push_back({v1::LedgerService::service_full_name(),
+                      std::make_unique<LedgerService>(storage::LedgerIn(database), stores.blades, stores.clearances,
+                                                      std::move(sealer))});
   return services;
 }
 

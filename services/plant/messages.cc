@@ -3,9 +3,9 @@
 #include <google/protobuf/util/json_util.h>
 
 #include "services/plant/model_template.h"
-#include "services/runtime/contract_words.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/shape_region_proto.h"
+#include "services/runtime/stored_enum.h"
 #include "services/runtime/stored_geometry.h"
 #include "services/runtime/time_proto.h"
 
@@ -24,10 +24,9 @@ void Fill(const storage::ExpansionRow& row, v1::ThermalExpansion* out) {
 }
 
 // Unset where nothing is stated.
-void SetErrorSources(const storage::MachineRow& row, v1::Machine* machine) {
+void SetErrorSources(const storage::MachineRow& row, runtime::StoredWords* words, v1::Machine* machine) {
   v1::ErrorSources sources;
-  if (row.approach == "UPWARDS") sources.set_approach(v1::APPROACH_UPWARDS);
-  if (row.approach == "DOWNWARDS") sources.set_approach(v1::APPROACH_DOWNWARDS);
+  sources.set_approach(words->ValueOrNone<v1::Approach>(row.approach));
   if (row.touch_offset_um) sources.set_touch_offset_um(*row.touch_offset_um);
   if (row.scanner_field_um) sources.set_scanner_field_um(*row.scanner_field_um);
   if (row.tool_offset_um) sources.set_tool_offset_um(*row.tool_offset_um);
@@ -40,9 +39,9 @@ void SetErrorSources(const storage::MachineRow& row, v1::Machine* machine) {
   if (sources.ByteSizeLong() > 0) *machine->mutable_error_sources() = std::move(sources);
 }
 
-void Fill(const storage::JointRow& row, v1::Joint* out) {
+void Fill(const storage::JointRow& row, runtime::StoredWords* words, v1::Joint* out) {
   out->set_axis(row.axis);
-  out->set_kind(row.kind == "rotary" ? v1::JOINT_KIND_ROTARY : v1::JOINT_KIND_LINEAR);
+  out->set_kind(words->Value<v1::JointKind>(row.kind));
   runtime::SetDirection(row.direction, out->mutable_direction());
   if (row.point_mm) runtime::SetPoint(*row.point_mm, out->mutable_point_mm());
   out->set_sign(row.sign);
@@ -52,7 +51,7 @@ void Fill(const storage::JointRow& row, v1::Joint* out) {
     out->set_positioning_standard_uncertainty_deg(*row.positioning_standard_uncertainty_deg);
 }
 
-void Fill(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
+void Fill(const storage::HoleGroupRow& row, runtime::StoredWords* words, v1::HoleGroup* out) {
   out->set_group(row.group);
   out->set_diameter_mm(row.diameter_mm);
   out->set_depth_mm(row.depth_mm);
@@ -61,7 +60,7 @@ void Fill(const storage::HoleGroupRow& row, v1::HoleGroup* out) {
   runtime::SetDirection(row.axis_in_part, out->mutable_axis_in_part());
   out->set_position_tolerance_mm(row.position_tolerance_mm);
   out->set_inclination_tolerance_deg(row.inclination_tolerance_deg);
-  out->set_position_zone(row.position_zone == "DIAMETER" ? v1::POSITION_ZONE_DIAMETER : v1::POSITION_ZONE_RADIUS);
+  out->set_position_zone(words->Value<v1::PositionZone>(row.position_zone));
   if (row.gauge_pin) {
     out->mutable_gauge_pin()->set_diameter_mm(row.gauge_pin->diameter_mm);
     out->mutable_gauge_pin()->set_diameter_standard_uncertainty_um(row.gauge_pin->diameter_standard_uncertainty_um);
@@ -116,13 +115,14 @@ void Fill(const storage::StationRow& row, v1::Station* station) {
 
 }  // namespace
 
-v1::Machine ToProto(const storage::MachineRow& row) {
+absl::StatusOr<v1::Machine> ToProto(const storage::MachineRow& row) {
+  runtime::StoredWords words("machine " + row.machine_id);
   v1::Machine machine;
   machine.set_name(runtime::NameOf("machines", row.machine_id));
   machine.set_revision(row.revision);
   for (const storage::JointRow& joint : row.joints) {
     v1::Kinematics* kinematics = machine.mutable_kinematics();
-    Fill(joint, joint.side == "part" ? kinematics->add_part_side() : kinematics->add_tool_side());
+    Fill(joint, &words, joint.side == "part" ? kinematics->add_part_side() : kinematics->add_tool_side());
   }
   v1::Sensor* sensor = machine.mutable_sensor();
   sensor->set_model(row.sensor_model);
@@ -132,8 +132,7 @@ v1::Machine ToProto(const storage::MachineRow& row) {
   sensor->set_range_mm(row.sensor_range_mm);
   sensor->set_line_angle_deg(row.sensor_line_angle_deg);
   sensor->set_serial_number(row.sensor_serial_number);
-  if (row.sensor_kind == "LINE") sensor->set_kind(v1::SENSOR_KIND_LINE);
-  if (row.sensor_kind == "SNAPSHOT") sensor->set_kind(v1::SENSOR_KIND_SNAPSHOT);
+  sensor->set_kind(words.ValueOrNone<v1::SensorKind>(row.sensor_kind));
   runtime::SetPoint(row.nominal_centre_mm, machine.mutable_nominal_centre_mm());
   v1::SafetyEnvelope* envelope = machine.mutable_safety_envelope();
   envelope->set_translation_mm(row.safety_translation_mm);
@@ -142,14 +141,14 @@ v1::Machine ToProto(const storage::MachineRow& row) {
   envelope->set_registration_age_h(row.safety_registration_age_h);
   envelope->set_keep_out_mm(row.safety_keep_out_mm);
   if (row.interim_check_limit_um) envelope->set_interim_check_limit_um(*row.interim_check_limit_um);
-  SetErrorSources(row, &machine);
+  SetErrorSources(row, &words, &machine);
   if (!row.touch_probe_serial_number.empty()) {
     machine.mutable_touch_probe()->set_serial_number(row.touch_probe_serial_number);
     if (row.touch_probe_certificate)
       Fill(*row.touch_probe_certificate, machine.mutable_touch_probe()->mutable_certificate());
   }
   runtime::ToProto(row.recorded.recorded_at, machine.mutable_created_at());
-  return machine;
+  return words.Checked(std::move(machine));
 }
 
 v1::Artefact ToProto(const storage::ArtefactRow& row) {
@@ -178,17 +177,16 @@ v1::Artefact ToProto(const storage::ArtefactRow& row) {
   return artefact;
 }
 
-v1::Part ToProto(const storage::PartRow& row) {
+absl::StatusOr<v1::Part> ToProto(const storage::PartRow& row) {
+  runtime::StoredWords words("part " + row.part_id);
   v1::Part part;
   part.set_name(runtime::NameOf("parts", row.part_id));
   part.set_revision(row.revision);
   part.set_customer(row.customer_id);
-  part.set_cad_format(row.cad_format == "step"   ? v1::CAD_FORMAT_STEP
-                      : row.cad_format == "iges" ? v1::CAD_FORMAT_IGES
-                                                 : v1::CAD_FORMAT_STL);
+  part.set_cad_format(words.Value<v1::CadFormat>(row.cad_format));
   part.set_cad_unit_mm(row.cad_unit_mm);
   part.set_solid(row.solid);
-  for (const storage::HoleGroupRow& group : row.hole_groups) Fill(group, part.add_hole_groups());
+  for (const storage::HoleGroupRow& group : row.hole_groups) Fill(group, &words, part.add_hole_groups());
   for (const storage::DatumPointRow& datum : row.datum_points) {
     v1::DatumPoint* to = part.add_six_points();
     to->set_datum(datum.datum);
@@ -197,11 +195,12 @@ v1::Part ToProto(const storage::PartRow& row) {
   }
   SetNominal(row, part.mutable_zero_from_part_nominal());
   for (const storage::StationRow& station : row.stations) Fill(station, part.add_stations());
-  for (const storage::ShapeRegionRow& region : row.shape_regions) runtime::ToProto(region, part.add_shape_regions());
+  for (const storage::ShapeRegionRow& region : row.shape_regions)
+    runtime::ToProto(region, &words, part.add_shape_regions());
   if (row.thermal_expansion) Fill(*row.thermal_expansion, part.mutable_thermal_expansion());
   Fill(row.tessellation, part.mutable_surface());
   runtime::ToProto(row.recorded.recorded_at, part.mutable_created_at());
-  return part;
+  return words.Checked(std::move(part));
 }
 
 namespace {

@@ -17,16 +17,18 @@
 
 namespace sixpoint::plant {
 
-v1::Machine ToProto(const storage::MachineRow& row);
+// DATA_LOSS: a word that this release does not know.
+absl::StatusOr<v1::Machine> ToProto(const storage::MachineRow& row);
 v1::Artefact ToProto(const storage::ArtefactRow& row);
-v1::Part ToProto(const storage::PartRow& row);
+absl::StatusOr<v1::Part> ToProto(const storage::PartRow& row);
 v1::MachiningModel ToProto(const storage::MachiningModelRow& row);
-v1::Drawing ToProto(const storage::DrawingRow& row);
+absl::StatusOr<v1::Drawing> ToProto(const storage::DrawingRow& row);
 // What a list's BASIC view has of them.
 void LeaveBasic(v1::Machine* machine);
 void LeaveBasic(v1::Artefact* artefact);
 void LeaveBasic(v1::Part* part);
 void LeaveBasic(v1::MachiningModel* model);
+void LeaveBasic(v1::Drawing* drawing);
 v1::Blade ToProto(const storage::BladeRow& row);
 v1::RecordEntry ToProto(const storage::JournalEntry& entry);
 v1::Event ToProto(const storage::EventRow& row);

@@ -46,9 +46,10 @@ grpc::Status PersonService::ListPersons(grpc::ServerContext* context, const v1::
   if (!page.ok()) return ToGrpc(page.status());
   const auto persons = persons_->List(*filter, page->after_id, page->size + 1, runtime::DeadlineOf(*context));
   if (!persons.ok()) return ToGrpc(persons.status());
-  if (runtime::AddPage(*persons, page->size, PersonOf, response->mutable_persons()))
-    response->set_next_page_token(
-        runtime::TokenAfterId(filters, (*persons)[static_cast<std::size_t>(page->size) - 1].pseudonym));
+  const absl::StatusOr<const storage::PersonRow*> last =
+      runtime::AddPage(*persons, page->size, PersonOf, response->mutable_persons());
+  if (!last.ok()) return ToGrpc(last.status());
+  if (*last != nullptr) response->set_next_page_token(runtime::TokenAfterId(filters, (*last)->pseudonym));
   return grpc::Status::OK;
 }
 

@@ -58,15 +58,13 @@ absl::StatusOr<std::vector<std::string>> KindsOf(const google::protobuf::Repeate
 }
 
 template <typename Response>
-void Answer(const std::vector<JournalEntry>& entries, const runtime::Page& page, const std::string& filters,
-            Response* response) {
-  for (const JournalEntry& entry : entries) {
-    if (response->entries_size() == page.size) {
-      response->set_next_page_token(runtime::TokenAfter(filters, response->entries(page.size - 1).record_sequence()));
-      return;
-    }
-    *response->add_entries() = ToProto(entry);
-  }
+grpc::Status Answer(const std::vector<JournalEntry>& entries, const runtime::Page& page, const std::string& filters,
+                    Response* response) {
+  const absl::StatusOr<const JournalEntry*> last = runtime::AddPage(
+      entries, page.size, [](const JournalEntry& entry) { return ToProto(entry); }, response->mutable_entries());
+  if (!last.ok()) return ToGrpc(last.status());
+  if (*last != nullptr) response->set_next_page_token(runtime::TokenAfter(filters, (*last)->recorded.sequence));
+  return grpc::Status::OK;
 }
 
 }  // namespace
@@ -85,7 +83,9 @@ grpc::Status RecordService::GetRecordEntry(grpc::ServerContext* context, const v
 grpc::Status RecordService::GetBladeRecord(grpc::ServerContext* context, const v1::GetBladeRecordRequest* request,
                                            v1::BladeRecord* response) {
   const absl::StatusOr<std::string> serial = runtime::IdOf("name", "blades", request->name());
-  if (!serial.ok()) return ToGrpc(serial.status());
+  const absl::StatusOr<storage::TimeSpan> span = runtime::SpanOf("recorded", request->recorded());
+  const absl::Status checked = runtime::Refusals().Add(serial.status()).Add(span.status()).status();
+  if (!checked.ok()) return ToGrpc(checked);
   const std::string filters = runtime::FiltersOf(*request);
   const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
@@ -96,11 +96,14 @@ grpc::Status RecordService::GetBladeRecord(grpc::ServerContext* context, const v
     return ToGrpc(runtime::Failure(errors::v1::BLADE_NOT_FOUND,
                                    "name: " + request->name() + ", want one that is registered",
                                    {{"resource", request->name()}}));
-  const auto entries = journal_->RecordOfBlade(*serial, JournalPageOf(*page), deadline);
+  const absl::StatusOr<std::vector<std::string>> kinds = KindsOf(request->kinds(), *journal_, deadline);
+  if (!kinds.ok()) return ToGrpc(kinds.status());
+  storage::JournalPage wanted = JournalPageOf(*page);
+  wanted.recorded = *span;
+  const auto entries = journal_->RecordOfBlade(*serial, *kinds, wanted, deadline);
   if (!entries.ok()) return ToGrpc(entries.status());
   *response->mutable_blade() = ToProto(**blade);
-  Answer(*entries, *page, filters, response);
-  return grpc::Status::OK;
+  return Answer(*entries, *page, filters, response);
 }
 
 grpc::Status RecordService::Recall(grpc::ServerContext* context, const v1::RecallRequest* request,
@@ -123,8 +126,7 @@ grpc::Status RecordService::Recall(grpc::ServerContext* context, const v1::Recal
   wanted.reader = runtime::ReaderOf(*context);
   const auto entries = journal_->DerivedFrom(name, *kinds, wanted, deadline);
   if (!entries.ok()) return ToGrpc(entries.status());
-  Answer(*entries, *page, filters, response);
-  return grpc::Status::OK;
+  return Answer(*entries, *page, filters, response);
 }
 
 grpc::Status RecordService::Trace(grpc::ServerContext* context, const v1::TraceRequest* request,
@@ -140,15 +142,18 @@ grpc::Status RecordService::Trace(grpc::ServerContext* context, const v1::TraceR
   wanted.reader = runtime::ReaderOf(*context);
   const auto entries = journal_->MadeFrom(name, wanted, deadline);
   if (!entries.ok()) return ToGrpc(entries.status());
-  Answer(*entries, *page, filters, response);
-  return grpc::Status::OK;
+  return Answer(*entries, *page, filters, response);
 }
 
 grpc::Status RecordService::ListRecordEntries(grpc::ServerContext* context, const v1::ListRecordEntriesRequest* request,
                                               v1::ListRecordEntriesResponse* response) {
   if (request->work_order().empty())
     return ToGrpc(runtime::Refuse("work_order", "", "one that was assigned to a blade"));
-  const absl::Status status = runtime::CheckWorkOrder(request->work_order(), request->operation());
+  const absl::StatusOr<storage::TimeSpan> span = runtime::SpanOf("recorded", request->recorded());
+  const absl::Status status = runtime::Refusals()
+                                  .Add(runtime::CheckWorkOrder(request->work_order(), request->operation()))
+                                  .Add(span.status())
+                                  .status();
   if (!status.ok()) return ToGrpc(status);
   const std::string filters = runtime::FiltersOf(*request);
   const absl::StatusOr<runtime::Page> page = runtime::PageOf(filters, request->page_size(), request->page_token());
@@ -157,11 +162,11 @@ grpc::Status RecordService::ListRecordEntries(grpc::ServerContext* context, cons
   const absl::StatusOr<std::vector<std::string>> kinds = KindsOf(request->kinds(), *journal_, deadline);
   if (!kinds.ok()) return ToGrpc(kinds.status());
   storage::JournalPage wanted = JournalPageOf(*page);
+  wanted.recorded = *span;
   wanted.reader = runtime::ReaderOf(*context);
   const auto entries = journal_->EntriesOfOrder(request->work_order(), request->operation(), *kinds, wanted, deadline);
   if (!entries.ok()) return ToGrpc(entries.status());
-  Answer(*entries, *page, filters, response);
-  return grpc::Status::OK;
+  return Answer(*entries, *page, filters, response);
 }
 
 }  // namespace sixpoint::plant

@@ -64,17 +64,20 @@ absl::StatusOr<Row> Require(const storage::RevisionReader<Row>& reader, const st
 
 template <typename Response, typename Row>
 grpc::Status Get(absl::StatusOr<Row> row, Response* response) {
-  if (row.ok()) *response = ToProto(*row);
-  return runtime::ToGrpc(row.status());
+  if (!row.ok()) return runtime::ToGrpc(row.status());
+  return runtime::Answer(absl::StatusOr<Response>(ToProto(*row)), response);
 }
 
 // A page of rows by id, of which one more than its size was read.
 template <typename Row, typename Message>
-void AddIdPage(const std::vector<Row>& rows, int size, const std::string& filters,
-               google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
-  if (runtime::AddPage(
-          rows, size, [](const Row& row) { return ToProto(row); }, out))
-    *next_page_token = runtime::TokenAfterId(filters, runtime::LastSegment(out->Get(size - 1).name()));
+absl::Status AddIdPage(const std::vector<Row>& rows, int size, const std::string& filters,
+                       google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
+  const absl::StatusOr<const Row*> last = runtime::AddPage(
+      rows, size, [](const Row& row) { return ToProto(row); }, out);
+  if (!last.ok()) return last.status();
+  if (*last != nullptr)
+    *next_page_token = runtime::TokenAfterId(filters, runtime::LastSegment(out->Get(out->size() - 1).name()));
+  return absl::OkStatus();
 }
 
 // Whether a list has views, and a filter by part.
@@ -105,6 +108,7 @@ absl::Status ListNewest(const storage::RevisionReader<Row>& reader, const grpc::
   if (!page.ok()) return page.status();
   if (full) page->size = std::min(page->size, runtime::kGreatestFullPageSize);
   storage::RegisteredFilter filter{*recorded, runtime::ReaderOf(context)};
+  filter.full = full;
   if constexpr (IsByPart<Request>::value) {
     absl::StatusOr<std::string> part_id = runtime::FilterIdOf("part", "parts", request.part());
     if (!part_id.ok()) return part_id.status();
@@ -113,7 +117,7 @@ absl::Status ListNewest(const storage::RevisionReader<Row>& reader, const grpc::
   const absl::StatusOr<std::vector<Row>> rows =
       reader.List(filter, page->after_id, page->size + 1, runtime::DeadlineOf(context));
   if (!rows.ok()) return rows.status();
-  AddIdPage(*rows, page->size, filters, out, next_page_token);
+  if (absl::Status status = AddIdPage(*rows, page->size, filters, out, next_page_token); !status.ok()) return status;
   if constexpr (HasView<Request>::value)
     if (!full)
       for (Message& message : *out) LeaveBasic(&message);

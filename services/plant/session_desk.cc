@@ -4,22 +4,20 @@
 #include <chrono>
 
 #include "identity/password.h"
-#include "services/plant/in_transaction.h"
+#include "services/plant/still_wanted.h"
 #include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
+#include "services/runtime/stored_enum.h"
 #include "services/runtime/time_proto.h"
-#include "storage/session_ends.h"
 
 namespace sixpoint::plant {
 namespace {
 
 using runtime::Failure;
-using storage::AccountEvent;
 using storage::AccountRow;
 using storage::Instant;
-using storage::Transaction;
 
 constexpr char kOidc[] = "oidc";
 // As services' clocks may differ: a session that begins later is believed by nobody.
@@ -80,10 +78,6 @@ std::vector<std::string> WordsOf(const std::vector<identity::Role>& roles) {
   return words;
 }
 
-v1::SignInMethod MethodToProto(const std::string& sign_in_method) {
-  return sign_in_method == kOidc ? v1::SIGN_IN_METHOD_OIDC : v1::SIGN_IN_METHOD_PASSWORD;
-}
-
 absl::StatusOr<std::string> SessionDesk::Hash(const grpc::ServerContext& context, const std::string& password) {
   const auto turn = hashings_.Enter(runtime::DeadlineOf(context), runtime::KeepGoing(context));
   if (!turn.ok()) return turn.status();
@@ -126,13 +120,13 @@ absl::StatusOr<v1::Session> SessionDesk::ByPassword(const grpc::ServerContext& c
                                                     SignInTry* one) {
   const absl::StatusOr<AccountRow> judged = Judged(context, password, one);
   if (!judged.ok()) return judged.status();
-  return InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<v1::Session> {
-    const absl::StatusOr<std::optional<AccountRow>> account = storage::LockAccount(transaction, judged->name);
-    if (!account.ok()) return account.status();
-    // It may have changed while the password was judged.
-    if (!account->has_value() || (*account)->disabled || (*account)->password_phc != judged->password_phc)
-      return tries_.Refused(*one, judged->name, "the account is disabled, or changed meanwhile");
-    return Begun(transaction, **account, *one, runtime::RequestedBy(context));
+  // It may have changed while the password was judged.
+  const auto stands = [&](const std::optional<AccountRow>& account) {
+    if (account && !account->disabled && account->password_phc == judged->password_phc) return absl::OkStatus();
+    return tries_.Refused(*one, judged->name, "the account is disabled, or changed meanwhile");
+  };
+  return Begun(context, *one, stands, [&](const storage::SignInOrder& order) {
+    return accounts_->SignIn(judged->name, order, StillWantedBy(context), runtime::DeadlineOf(context));
   });
 }
 
@@ -140,56 +134,24 @@ absl::StatusOr<AccountRow> SessionDesk::CheckOwnPassword(const grpc::ServerConte
                                                          const std::string& password) {
   SignInTry one = SignInTries::OfOwnPassword("ChangeOwnPassword", account);
   absl::StatusOr<AccountRow> judged = Judged(context, password, &one);
-  if (judged.ok()) {
-    const auto well = InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<bool> {
-      if (absl::Status done = tries_.WentWell(transaction, one); !done.ok()) return done;
-      return true;
-    });
-    if (!well.ok()) judged = well.status();
-  }
+  if (judged.ok())
+    if (absl::Status well = tries_.WentWell(context, one); !well.ok()) judged = well;
   tries_.End(one, judged.status());
   return judged;
 }
 
 // The provider's subject is the person, whatever he is called now: whoever gets a name that was another's gets no account with it, nor
 // what the record and the clearances know under that name.
-absl::StatusOr<AccountRow> SessionDesk::AccountOf(Transaction& transaction, const identity::SignedInPerson& person,
-                                                  const SignInTry& one, const std::string& requested_by) const {
-  const std::string& issuer = options_.provider->issuer();
+storage::VouchedPerson SessionDesk::Vouched(const identity::SignedInPerson& person) const {
   const std::optional<std::string> linked = options_.provider->PersonOf(person.subject);
-  AccountRow made;
-  made.name = linked.value_or(person.person.Text());
-  made.sign_in_method = kOidc;
-  made.roles = WordsOf(person.person.roles);
-  made.issuer = issuer;
-  made.issuer_subject = person.subject;
-  // Asked before the account is: where his own first sign-in at the same moment makes him known, it has made the account, too.
-  const absl::StatusOr<bool> is_somebody = storage::IsSomebody(transaction, made.name);
-  if (!is_somebody.ok()) return is_somebody.status();
-  absl::StatusOr<std::optional<AccountRow>> found = storage::LockAccountOfSubject(transaction, issuer, person.subject);
-  if (!found.ok()) return found.status();
-  if (!found->has_value()) {
-    if (*is_somebody && !linked) return RefusedName(one, made);
-    const absl::StatusOr<bool> inserted = storage::InsertAccount(transaction, made);
-    if (!inserted.ok()) return inserted.status();
-    if (*inserted) {
-      const absl::Status kept = storage::AppendAccountEvent(transaction, made, AccountEvent::kCreated, requested_by);
-      if (!kept.ok()) return kept;
-    }
-    found = storage::LockAccountOfSubject(transaction, issuer,
-                                          person.subject);  // another one's sign-in may have been first
-    if (!found.ok()) return found.status();
-    if (!found->has_value()) return RefusedName(one, made);
-  }
-  AccountRow account = **std::move(found);
-  if (account.disabled) return tries_.Refused(one, account.name, "the account is disabled");
-  if (account.roles == made.roles) return account;
-  account.roles = made.roles;
-  absl::Status done = storage::UpdateAccount(transaction, account);
-  if (done.ok()) done = storage::AppendAccountEvent(transaction, account, AccountEvent::kRolesSet, requested_by);
-  if (done.ok()) done = storage::EndSessions(transaction, account.name);
-  if (!done.ok()) return done;
-  return account;
+  storage::VouchedPerson vouched;
+  vouched.account.name = linked.value_or(person.person.Text());
+  vouched.account.sign_in_method = kOidc;
+  vouched.account.roles = WordsOf(person.person.roles);
+  vouched.account.issuer = options_.provider->issuer();
+  vouched.account.issuer_subject = person.subject;
+  vouched.is_linked = linked.has_value();
+  return vouched;
 }
 
 // Who the subject is, the plant's people say (docs/access.md).
@@ -219,23 +181,34 @@ absl::StatusOr<v1::Session> SessionDesk::ByIdToken(const grpc::ServerContext& co
   const absl::StatusOr<identity::SignedInPerson> person = options_.provider->Judge(request.id_token(), request.nonce());
   if (absl::IsUnauthenticated(person.status())) return tries_.Refused(*one, "", std::string(person.status().message()));
   if (!person.ok()) return person.status();
-  return InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<v1::Session> {
-    const std::string requested_by = runtime::RequestedBy(context);
-    const absl::StatusOr<AccountRow> account = AccountOf(transaction, *person, *one, requested_by);
-    if (!account.ok()) return account.status();
-    return Begun(transaction, *account, *one, requested_by);
+  const storage::VouchedPerson vouched = Vouched(*person);
+  const auto may = [&](const std::optional<AccountRow>& account) {
+    if (!account) return RefusedName(*one, vouched.account);
+    return account->disabled ? tries_.Refused(*one, account->name, "the account is disabled") : absl::OkStatus();
+  };
+  return Begun(context, *one, may, [&](const storage::SignInOrder& order) {
+    return accounts_->SignInOfSubject(vouched, order, StillWantedBy(context), runtime::DeadlineOf(context));
   });
 }
 
-absl::StatusOr<v1::Session> SessionDesk::Begun(Transaction& transaction, const AccountRow& account,
-                                               const SignInTry& one, const std::string& requested_by) const {
-  absl::Status done = tries_.WentWell(transaction, one);
-  if (done.ok()) done = storage::AppendAccountEvent(transaction, account, AccountEvent::kSignedIn, requested_by);
-  const absl::StatusOr<storage::SessionStart> start =
-      done.ok() ? storage::BeginSession(transaction, account.name) : done;
-  if (!start.ok()) return start.status();
-  if (start->since <= start->now + kMostAhead) return Given(account, start->since, start->now);
-  const auto ahead = std::chrono::ceil<std::chrono::seconds>(start->since - start->now);
+absl::StatusOr<v1::Session> SessionDesk::Begun(const grpc::ServerContext& context, const SignInTry& one,
+                                               const Judge& judge, const StoreSignIn& sign_in) const {
+  const absl::StatusOr<storage::CountedSignIn> counted = SignInTries::Counted(one);
+  if (!counted.ok()) return counted.status();
+  v1::Session session;
+  // Signed before the commit: whoever gets none is not signed in.
+  const auto begun = [&](const AccountRow& account, const storage::SessionStart& start) {
+    absl::StatusOr<v1::Session> given = Given(account, start);
+    if (given.ok()) session = *given;
+    return given.status();
+  };
+  if (absl::Status done = sign_in({*counted, runtime::RequestedBy(context), judge, begun}); !done.ok()) return done;
+  return session;
+}
+
+absl::StatusOr<v1::Session> SessionDesk::Given(const AccountRow& account, const storage::SessionStart& start) const {
+  if (start.since <= start.now + kMostAhead) return Given(account, start.since, start.now);
+  const auto ahead = std::chrono::ceil<std::chrono::seconds>(start.since - start.now);
   return Failure(errors::v1::SERVICE_NOT_READY,
                  "the newest end of sessions of " + account.name + " is " + std::to_string(ahead.count()) +
                      " s ahead of the database's clock, which was set back; want it right, or that time to pass");
@@ -261,11 +234,12 @@ absl::StatusOr<v1::Session> SessionDesk::Given(const AccountRow& account, Instan
   given.set_token(*token);
   given.set_name(account.name);
   for (const identity::Role role : session.person.roles) given.add_roles(RoleToProto(role));
-  given.set_sign_in_method(MethodToProto(account.sign_in_method));
+  runtime::StoredWords words(account.name);
+  given.set_sign_in_method(words.Value<v1::SignInMethod>(account.sign_in_method));
   runtime::ToProto(since, given.mutable_signed_in_at());
   runtime::ToProto(session.until, given.mutable_expires_at());
   runtime::ToProto(renewable_until, given.mutable_renewable_until());
-  return given;
+  return words.Checked(std::move(given));
 }
 
 absl::StatusOr<v1::Session> SessionDesk::Renew(const grpc::ServerContext& context, const std::string& token) {
@@ -273,43 +247,24 @@ absl::StatusOr<v1::Session> SessionDesk::Renew(const grpc::ServerContext& contex
   if (absl::Status ours = CheckOurs(token, judged); !ours.ok()) return ours;
   const std::string name = judged.session.person.Text();
   if (judged.standing == identity::SessionStanding::kOver) return Ended(name, "over");
-  return InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<v1::Session> {
-    const absl::StatusOr<std::optional<AccountRow>> account = storage::LockAccount(transaction, name);
-    if (!account.ok()) return account.status();
-    const absl::StatusOr<std::optional<Instant>> ended = storage::SessionsEndedBefore(transaction, name);
-    if (!ended.ok()) return ended.status();
-    const bool is_ended = ended->has_value() && judged.session.since <= **ended;
-    if (!account->has_value() || (*account)->disabled || is_ended)
-      return Ended(name, "ended by a sign-out or a change of the account");
-    const absl::StatusOr<Instant> now = storage::NowOf(transaction);
-    if (!now.ok()) return now.status();
-    return Given(**account, judged.session.since, *now);
-  });
+  const Instant since = judged.session.since;
+  const absl::StatusOr<storage::SessionLook> look = accounts_->LookAtSession(name, since, runtime::DeadlineOf(context));
+  if (!look.ok()) return look.status();
+  if (!look->account || look->account->disabled || look->is_ended)
+    return Ended(name, "ended by a sign-out or a change of the account");
+  return Given(*look->account, since, look->now);
 }
 
 absl::Status SessionDesk::SignOut(const grpc::ServerContext& context, const std::string& token) {
   const identity::SessionJudgement judged = sessions_.Judge(token);
   if (absl::Status ours = CheckOurs(token, judged); !ours.ok()) return ours;
   const std::string name = judged.session.person.Text();
-  const auto done = InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<bool> {
-    const absl::StatusOr<std::optional<AccountRow>> account = storage::LockAccount(transaction, name);
-    if (!account.ok()) return account.status();
-    const absl::StatusOr<std::optional<Instant>> ended = storage::SessionsEndedBefore(transaction, name);
-    if (!ended.ok()) return ended.status();
-    const absl::StatusOr<Instant> now = storage::NowOf(transaction);
-    if (!now.ok()) return now.status();
-    // Of a token that is over there may be one that was renewed, and others of the account.
-    const bool is_over = judged.session.since + identity::kLongestSession <= *now;
-    const bool is_ended = ended->has_value() && judged.session.since <= **ended;
-    if (!account->has_value() || is_over || is_ended) return false;
-    absl::Status out = storage::EndSessions(transaction, name);
-    if (out.ok())
-      out = storage::AppendAccountEvent(transaction, **account, AccountEvent::kSignedOut,
-                                        name + " via " + runtime::RequestedFor(context));
-    if (!out.ok()) return out;
-    return true;
-  });
-  return done.status();
+  const Instant since = judged.session.since;
+  // Of a token that is over there may be one that was renewed, and others of the account.
+  return accounts_
+      ->SignOut(name, since, since + identity::kLongestSession, name + " via " + runtime::RequestedFor(context),
+                StillWantedBy(context), runtime::DeadlineOf(context))
+      .status();
 }
 
 }  // namespace sixpoint::plant

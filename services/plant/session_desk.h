@@ -6,6 +6,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,8 +19,7 @@
 #include "services/plant/sign_in_tries.h"
 #include "services/runtime/compute_pool.h"
 #include "sixpoint/plant/v1/account.pb.h"
-#include "storage/accounts.h"
-#include "storage/database.h"
+#include "storage/account_store.h"
 
 namespace sixpoint::plant {
 
@@ -33,12 +33,11 @@ struct SessionDeskOptions {
 // Thread-safe.
 class SessionDesk {
  public:
-  // `database` lives longer.
-  SessionDesk(storage::Database* database, SessionDeskOptions options)
-      : database_(database),
+  SessionDesk(std::shared_ptr<storage::AccountStore> accounts, SessionDeskOptions options)
+      : accounts_(std::move(accounts)),
         options_(std::move(options)),
         sessions_(options_.trust.get()),
-        tries_(database, options_.count_refused) {}
+        tries_(accounts_, options_.count_refused) {}
 
   absl::StatusOr<v1::Session> SignIn(const grpc::ServerContext& context, const v1::SignInRequest& request);
   absl::StatusOr<v1::Session> SignInWithIdToken(const grpc::ServerContext& context,
@@ -61,18 +60,19 @@ class SessionDesk {
                                          SignInTry* one);
   absl::StatusOr<v1::Session> ByIdToken(const grpc::ServerContext& context, const v1::SignInWithIdTokenRequest& request,
                                         SignInTry* one);
-  // Of a person whom the provider vouches for; made where there is none, and nobody of that name.
-  absl::StatusOr<storage::AccountRow> AccountOf(storage::Transaction& transaction,
-                                                const identity::SignedInPerson& person, const SignInTry& one,
-                                                const std::string& requested_by) const;
+  storage::VouchedPerson Vouched(const identity::SignedInPerson& person) const;
   absl::Status RefusedName(const SignInTry& one, const storage::AccountRow& wanted) const;
-  // A new session of an account that is locked.
-  absl::StatusOr<v1::Session> Begun(storage::Transaction& transaction, const storage::AccountRow& account,
-                                    const SignInTry& one, const std::string& requested_by) const;
+  // A new session of the account that passes `judge`, as `sign_in` has the store begin it.
+  using Judge = std::function<absl::Status(const std::optional<storage::AccountRow>& account)>;
+  using StoreSignIn = std::function<absl::Status(const storage::SignInOrder& order)>;
+  absl::StatusOr<v1::Session> Begun(const grpc::ServerContext& context, const SignInTry& one, const Judge& judge,
+                                    const StoreSignIn& sign_in) const;
+  // SERVICE_NOT_READY where it would begin later than anybody believes.
+  absl::StatusOr<v1::Session> Given(const storage::AccountRow& account, const storage::SessionStart& start) const;
   absl::StatusOr<v1::Session> Given(const storage::AccountRow& account, storage::Instant since,
                                     storage::Instant now) const;
 
-  storage::Database* const database_;
+  const std::shared_ptr<storage::AccountStore> accounts_;
   const SessionDeskOptions options_;
   identity::SessionTrust sessions_;
   const SignInTries tries_;
@@ -83,6 +83,5 @@ class SessionDesk {
 access::v1::Role RoleToProto(identity::Role role);
 absl::StatusOr<std::vector<identity::Role>> RolesOfWords(const std::vector<std::string>& words);
 std::vector<std::string> WordsOf(const std::vector<identity::Role>& roles);
-v1::SignInMethod MethodToProto(const std::string& sign_in_method);
 
 }  // namespace sixpoint::plant

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "services/plant/in_transaction.h"
+#include "services/plant/still_wanted.h"
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/log.h"
@@ -18,13 +18,19 @@ namespace {
 using runtime::Failure;
 using storage::AccountRow;
 using storage::Instant;
-using storage::Transaction;
 
 constexpr char kService[] = "sixpoint.plant.v1.AccountService/";
 // More of an address than of an account: many people of a plant may come from one.
 constexpr int kFreeOfAccount = 5, kFreeOfAddress = 20;
 // For what is done after a call that may be gone.
 constexpr std::chrono::seconds kTryPatience{2};
+
+storage::Deadline AsideDeadline() { return std::chrono::steady_clock::now() + kTryPatience; }
+
+// Beside a call that may be gone: what fails is said, and nothing of the call's.
+void TellFailure(const absl::Status& done, const std::string& otherwise) {
+  if (!done.ok()) runtime::Log(runtime::LogLevel::kWarning, otherwise, {{"why", std::string(done.message())}});
+}
 
 // The same for all that one host may choose from.
 std::optional<std::string> AddressKey(const std::string& address) {
@@ -79,55 +85,38 @@ absl::Status SignInTries::Slowed(const SignInTry& one, const std::string& accoun
 }
 
 absl::Status SignInTries::CheckMay(const grpc::ServerContext& context, const SignInTry& one) const {
-  std::optional<Instant> waits;
-  const absl::StatusOr<std::optional<AccountRow>> account =
-      InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<std::optional<AccountRow>> {
-        const auto until = storage::SignInsWaitUntil(transaction, one.counters);
-        if (!until.ok()) return until.status();
-        waits = *until;
-        return storage::FindAccount(transaction, one.account);
-      });
-  if (!account.ok() || !waits) return account.status();
-  return Slowed(one, account->has_value() ? (*account)->name : "", *waits);
+  const absl::StatusOr<storage::SignInLook> look =
+      accounts_->LookAtSignIn(one.counters, one.account, runtime::DeadlineOf(context));
+  if (!look.ok() || !look->start.waits_until) return look.status();
+  return Slowed(one, look->account ? look->account->name : "", *look->start.waits_until);
 }
 
 absl::StatusOr<std::optional<AccountRow>> SignInTries::Begin(const grpc::ServerContext& context, SignInTry* one) const {
-  storage::SignInStart start;
-  absl::StatusOr<std::optional<AccountRow>> account =
-      InTransaction(database_, context, [&](Transaction& transaction) -> absl::StatusOr<std::optional<AccountRow>> {
-        const absl::StatusOr<storage::SignInStart> begun = storage::BeginSignIn(transaction, one->counters);
-        if (!begun.ok()) return begun.status();
-        start = *begun;
-        return storage::FindAccount(transaction, one->account);
-      });
-  if (!account.ok()) return account;
-  Forget();
-  if (start.waits_until) return Slowed(*one, account->has_value() ? (*account)->name : "", *start.waits_until);
-  one->counted_at = start.counted_at;
-  return account;
+  absl::StatusOr<storage::SignInLook> begun =
+      accounts_->BeginSignIn(one->counters, one->account, StillWantedBy(context), runtime::DeadlineOf(context));
+  if (!begun.ok()) return begun.status();
+  TellFailure(accounts_->ForgetSignInFailures(AsideDeadline()), "old failures of sign-ins are not forgotten");
+  if (begun->start.waits_until)
+    return Slowed(*one, begun->account ? begun->account->name : "", *begun->start.waits_until);
+  one->counted_at = begun->start.counted_at;
+  return std::move(begun->account);
 }
 
-absl::Status SignInTries::WentWell(Transaction& transaction, const SignInTry& one) const {
+absl::StatusOr<storage::CountedSignIn> SignInTries::Counted(const SignInTry& one) {
   if (!one.counted_at) return absl::InternalError("a sign-in that was not counted went well");
-  return storage::SignInWentWell(transaction, one.counters, *one.counted_at);
+  return storage::CountedSignIn{one.counters, *one.counted_at};
 }
 
-// Beside a call that may be gone: what fails is said, and nothing of the call's.
-template <typename Work>
-void SignInTries::Aside(const std::string& otherwise, const Work& work) const {
-  absl::StatusOr<Transaction> transaction = database_->Begin(std::chrono::steady_clock::now() + kTryPatience);
-  absl::Status done = transaction.status();
-  if (done.ok()) done = work(*transaction);
-  if (done.ok()) done = transaction->Commit();
-  if (!done.ok()) runtime::Log(runtime::LogLevel::kWarning, otherwise, {{"why", std::string(done.message())}});
+absl::Status SignInTries::WentWell(const grpc::ServerContext& context, const SignInTry& one) const {
+  const absl::StatusOr<storage::CountedSignIn> counted = Counted(one);
+  if (!counted.ok()) return counted.status();
+  return accounts_->SignInWentWell(*counted, StillWantedBy(context), runtime::DeadlineOf(context));
 }
 
 void SignInTries::End(const SignInTry& one, const absl::Status& outcome) const {
   if (outcome.ok() || !one.counted_at || runtime::HasReason(outcome, errors::v1::SIGN_IN_REFUSED)) return;
-  Aside("a sign-in that was not judged stays counted as failed",
-        [&](Transaction& transaction) { return storage::GiveSignInBack(transaction, one.counters, *one.counted_at); });
+  TellFailure(accounts_->GiveSignInBack({one.counters, *one.counted_at}, AsideDeadline()),
+              "a sign-in that was not judged stays counted as failed");
 }
-
-void SignInTries::Forget() const { Aside("old failures of sign-ins are not forgotten", storage::ForgetSignInFailures); }
 
 }  // namespace sixpoint::plant

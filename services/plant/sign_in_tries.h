@@ -6,14 +6,13 @@
 #include <grpcpp/grpcpp.h>
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "services/runtime/server.h"
-#include "storage/accounts.h"
-#include "storage/database.h"
-#include "storage/sign_in_failures.h"
+#include "storage/account_store.h"
 
 namespace sixpoint::plant {
 
@@ -30,9 +29,9 @@ struct SignInTry {
 class SignInTries {
  public:
   using CountRefused = std::function<void(const runtime::RefusedSignIn&)>;
-  // `database` lives longer; `count_refused` may be empty.
-  SignInTries(storage::Database* database, CountRefused count_refused)
-      : database_(database), count_refused_(std::move(count_refused)) {}
+  // `count_refused` may be empty.
+  SignInTries(std::shared_ptr<storage::AccountStore> accounts, CountRefused count_refused)
+      : accounts_(std::move(accounts)), count_refused_(std::move(count_refused)) {}
 
   // INVALID_ARGUMENT of an address that is none.
   static absl::StatusOr<SignInTry> Of(const std::string& method, const std::string& account,
@@ -44,7 +43,9 @@ class SignInTries {
   absl::Status CheckMay(const grpc::ServerContext& context, const SignInTry& one) const;
   // The same, and counts it as failed. Gives the account, where it is there.
   absl::StatusOr<std::optional<storage::AccountRow>> Begin(const grpc::ServerContext& context, SignInTry* one) const;
-  absl::Status WentWell(storage::Transaction& transaction, const SignInTry& one) const;
+  // As Begin counted it, for what follows where it went well.
+  static absl::StatusOr<storage::CountedSignIn> Counted(const SignInTry& one);
+  absl::Status WentWell(const grpc::ServerContext& context, const SignInTry& one) const;
   // SIGN_IN_REFUSED. account: empty where none is there. why: for the plant's people.
   absl::Status Refused(const SignInTry& one, const std::string& account, const std::string& why) const;
   // Once it is over, whatever came of it: what was not refused, such as by a database or a provider that is away, did not fail.
@@ -52,11 +53,8 @@ class SignInTries {
 
  private:
   absl::Status Slowed(const SignInTry& one, const std::string& account, storage::Instant until) const;
-  void Forget() const;
-  template <typename Work>
-  void Aside(const std::string& otherwise, const Work& work) const;
 
-  storage::Database* const database_;
+  const std::shared_ptr<storage::AccountStore> accounts_;
   const CountRefused count_refused_;
 };
 

@@ -8,7 +8,6 @@
 #include "services/plant/messages.h"
 #include "services/runtime/cloud_event.h"
 #include "services/runtime/log.h"
-#include "storage/one_read.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -36,9 +35,12 @@ std::string Text(const nlohmann::json& json) {
 
 }  // namespace
 
-WebhookSender::WebhookSender(storage::Database* database, std::shared_ptr<const storage::EventReader> pages,
-                             std::shared_ptr<EventTail> tail, const WebhookSenderOptions& options)
-    : database_(database),
+WebhookSender::WebhookSender(std::shared_ptr<const storage::WebhookReader> webhooks,
+                             std::shared_ptr<storage::WebhookDeliveries> deliveries,
+                             std::shared_ptr<const storage::EventReader> pages, std::shared_ptr<EventTail> tail,
+                             const WebhookSenderOptions& options)
+    : webhooks_(std::move(webhooks)),
+      deliveries_(std::move(deliveries)),
       pages_(std::move(pages)),
       tail_(std::move(tail)),
       options_(options),
@@ -61,9 +63,8 @@ void WebhookSender::Stop() {
 
 void WebhookSender::Run() {
   while (!stopped_) {
-    const auto webhooks = storage::OneRead(*database_, Clock::now() + kDatabasePatience, [](storage::Transaction& t) {
-      return storage::ListWebhooks(t, /*withdrawn_too=*/false, "", storage::kMostWebhooks);
-    });
+    const auto webhooks = webhooks_->List(/*withdrawn_too=*/false, "", storage::kMostWebhooks,
+                                          storage::Reader::Everything(), Clock::now() + kDatabasePatience);
     if (webhooks.ok()) Compare(*webhooks);
     std::unique_lock<std::mutex> lock(mutex_);
     stopping_.wait_for(lock, options_.between_looks, [this] { return stopped_.load(); });
@@ -144,9 +145,7 @@ bool WebhookSender::GoBack(Receiver* receiver) {
   if (!now.ok()) return false;
   receiver->compared_at = Clock::now();
   if (now->newest_sequence >= webhook.delivery.looked_at_sequence) return true;
-  const auto row = storage::OneRead(*database_, Clock::now() + kDatabasePatience, [&](storage::Transaction& t) {
-    return storage::FindWebhook(t, webhook.webhook_id);
-  });
+  const auto row = webhooks_->Find(webhook.webhook_id, storage::Reader::Everything(), Clock::now() + kDatabasePatience);
   if (!row.ok()) return false;
   // One that is gone with the older state ends with the next look.
   if (!row->has_value() || (*row)->delivery.looked_at_sequence >= webhook.delivery.looked_at_sequence) return true;
@@ -201,13 +200,10 @@ void WebhookSender::Failed(Receiver* receiver, const std::string& why) {
 }
 
 bool WebhookSender::Save(Receiver* receiver) {
-  absl::StatusOr<storage::Transaction> transaction = database_->Begin(Clock::now() + kDatabasePatience);
-  absl::Status status = transaction.status();
-  if (status.ok())
-    status = storage::SaveDelivery(*transaction, receiver->webhook.webhook_id, receiver->webhook.delivery);
-  if (status.ok()) status = transaction->Commit();
-  if (status.ok()) receiver->saved_at = Clock::now();
-  return status.ok();
+  const storage::WebhookRow& webhook = receiver->webhook;
+  const absl::Status saved = deliveries_->Save(webhook.webhook_id, webhook.delivery, Clock::now() + kDatabasePatience);
+  if (saved.ok()) receiver->saved_at = Clock::now();
+  return saved.ok();
 }
 
 WebhookAnswer WebhookSender::Test(const storage::WebhookRow& webhook, const std::string& event_id,

@@ -28,9 +28,11 @@ struct WebhookSenderOptions {
 // Thread-safe. Ends its threads at its end, within a second or so.
 class WebhookSender {
  public:
-  // `database` lives longer.
-  WebhookSender(storage::Database* database, std::shared_ptr<const storage::EventReader> pages,
-                std::shared_ptr<EventTail> tail, const WebhookSenderOptions& options = {});
+  // Sends to all of the webhooks that hold, and keeps in deliveries how far each has come.
+  WebhookSender(std::shared_ptr<const storage::WebhookReader> webhooks,
+                std::shared_ptr<storage::WebhookDeliveries> deliveries,
+                std::shared_ptr<const storage::EventReader> pages, std::shared_ptr<EventTail> tail,
+                const WebhookSenderOptions& options = {});
   ~WebhookSender();
   WebhookSender(const WebhookSender&) = delete;
   WebhookSender& operator=(const WebhookSender&) = delete;
@@ -58,7 +60,8 @@ class WebhookSender {
   bool Save(Receiver* receiver);
   void Sleep(const Receiver& receiver, std::chrono::milliseconds time);
 
-  storage::Database* const database_;
+  const std::shared_ptr<const storage::WebhookReader> webhooks_;
+  const std::shared_ptr<storage::WebhookDeliveries> deliveries_;
   const std::shared_ptr<const storage::EventReader> pages_;
   const std::shared_ptr<EventTail> tail_;
   const WebhookSenderOptions options_;

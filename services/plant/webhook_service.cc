@@ -1,5 +1,7 @@
 #include "services/plant/webhook_service.h"
 
+#include <algorithm>
+#include <chrono>
 #include <optional>
 #include <string>
 #include <utility>
@@ -7,15 +9,13 @@
 
 #include "identity/message_code.h"
 #include "services/plant/event_filter.h"
-#include "services/plant/in_transaction.h"
+#include "services/plant/still_wanted.h"
+#include "services/runtime/call.h"
 #include "services/runtime/caller_identity.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/pages.h"
 #include "services/runtime/resource_name.h"
 #include "services/runtime/time_proto.h"
-#include "storage/clearances.h"
-#include "storage/one_read.h"
-#include "storage/webhooks.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -56,18 +56,10 @@ v1::Webhook WebhookOf(const WebhookRow& row, std::int64_t newest_sequence) {
   return webhook;
 }
 
-// What of it the reader may be told: tokens that stand in the address's query are its maker's.
-absl::Status LeaveOutHidden(storage::Transaction& transaction, const storage::Reader& reader, WebhookRow* row) {
-  if (row->reader.identity != reader.identity) row->url = row->url.substr(0, row->url.find_first_of("?#"));
-  for (const auto& [collection, id] :
-       {std::pair{"blades", &row->filter.blade_serial}, std::pair{"parts", &row->filter.part_id}}) {
-    if (id->empty()) continue;
-    const auto hidden =
-        storage::FirstHidden(transaction, reader, {runtime::NameOf(collection, *id)}, storage::Unrecorded::kIsHidden);
-    if (!hidden.ok()) return hidden.status();
-    if (hidden->has_value()) id->clear();
-  }
-  return absl::OkStatus();
+// As the reader may be told it: tokens that stand in the address's query are its maker's.
+WebhookRow WithoutTokens(WebhookRow row, const storage::Reader& reader) {
+  if (row.reader.identity != reader.identity) row.url = row.url.substr(0, row.url.find_first_of("?#"));
+  return row;
 }
 
 absl::Status NotThere(const std::string& name) {
@@ -105,9 +97,7 @@ grpc::Status WebhookService::CreateWebhook(grpc::ServerContext* context, const v
   row->secret = identity::NewMessageKey();
   row->reader = runtime::ReaderOf(*context);
   row->requested_by = runtime::RequestedBy(*context);
-  const auto made = InTransaction(database_, *context, [&](storage::Transaction& transaction) {
-    return storage::InsertWebhook(transaction, *row);
-  });
+  const auto made = webhooks_->Create(*row, StillWantedBy(*context), runtime::DeadlineOf(*context));
   if (!made.ok()) return ToGrpc(made.status());
   *response->mutable_webhook() = WebhookOf(*made, now->newest_sequence);
   response->set_secret(SecretText(made->secret));
@@ -118,25 +108,20 @@ grpc::Status WebhookService::WithdrawWebhook(grpc::ServerContext* context, const
                                              v1::Webhook* response) {
   const absl::StatusOr<std::string> id = runtime::IdOf("name", kCollection, request->name());
   if (!id.ok()) return ToGrpc(id.status());
-  using Found = absl::StatusOr<std::optional<WebhookRow>>;
-  const auto withdrawn = InTransaction(database_, *context, [&](storage::Transaction& transaction) -> Found {
-    Found row = storage::WithdrawWebhook(transaction, *id, runtime::RequestedBy(*context), request->request_id());
-    if (!row.ok() || !row->has_value()) return row;
-    const absl::Status told = LeaveOutHidden(transaction, runtime::ReaderOf(*context), &**row);
-    if (!told.ok()) return told;
-    return row;
-  });
+  const storage::Reader reader = runtime::ReaderOf(*context);
+  const auto withdrawn = webhooks_->Withdraw({*id, runtime::RequestedBy(*context), request->request_id(), reader},
+                                             StillWantedBy(*context), runtime::DeadlineOf(*context));
   if (!withdrawn.ok()) return ToGrpc(withdrawn.status());
   if (!withdrawn->has_value()) return ToGrpc(NotThere(request->name()));
-  *response = WebhookOf(**withdrawn, (*withdrawn)->delivery.looked_at_sequence);
+  *response = WebhookOf(WithoutTokens(**withdrawn, reader), (*withdrawn)->delivery.looked_at_sequence);
   return grpc::Status::OK;
 }
 
-absl::StatusOr<WebhookRow> WebhookService::Find(const grpc::ServerContext& context, const std::string& name) const {
+absl::StatusOr<WebhookRow> WebhookService::Find(const grpc::ServerContext& context, const storage::Reader& reader,
+                                                const std::string& name) const {
   const absl::StatusOr<std::string> id = runtime::IdOf("name", kCollection, name);
   if (!id.ok()) return id.status();
-  const auto row = storage::OneRead(*database_, runtime::DeadlineOf(context),
-                                    [&](storage::Transaction& t) { return storage::FindWebhook(t, *id); });
+  const auto row = webhooks_->Find(*id, reader, runtime::DeadlineOf(context));
   if (!row.ok()) return row.status();
   if (!row->has_value()) return NotThere(name);
   return **row;
@@ -144,16 +129,12 @@ absl::StatusOr<WebhookRow> WebhookService::Find(const grpc::ServerContext& conte
 
 grpc::Status WebhookService::GetWebhook(grpc::ServerContext* context, const v1::GetWebhookRequest* request,
                                         v1::Webhook* response) {
-  absl::StatusOr<WebhookRow> row = Find(*context, request->name());
+  const storage::Reader reader = runtime::ReaderOf(*context);
+  const absl::StatusOr<WebhookRow> row = Find(*context, reader, request->name());
   if (!row.ok()) return ToGrpc(row.status());
-  const absl::Status told =
-      storage::OneRead(*database_, runtime::DeadlineOf(*context), [&](storage::Transaction& transaction) {
-        return LeaveOutHidden(transaction, runtime::ReaderOf(*context), &*row);
-      });
-  if (!told.ok()) return ToGrpc(told);
   const absl::StatusOr<storage::JournalNow> now = journal_->Now(runtime::DeadlineOf(*context));
   if (!now.ok()) return ToGrpc(now.status());
-  *response = WebhookOf(*row, now->newest_sequence);
+  *response = WebhookOf(WithoutTokens(*row, reader), now->newest_sequence);
   return grpc::Status::OK;
 }
 
@@ -162,30 +143,25 @@ grpc::Status WebhookService::ListWebhooks(grpc::ServerContext* context, const v1
   const std::string filters = runtime::FiltersOf(*request);
   const absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
-  using Listed = absl::StatusOr<std::vector<WebhookRow>>;
-  const auto rows = storage::OneRead(*database_, runtime::DeadlineOf(*context), [&](storage::Transaction& t) -> Listed {
-    Listed listed = storage::ListWebhooks(t, request->withdrawn_too(), page->after_id, page->size + 1);
-    if (!listed.ok()) return listed;
-    for (WebhookRow& row : *listed) {
-      const absl::Status told = LeaveOutHidden(t, runtime::ReaderOf(*context), &row);
-      if (!told.ok()) return told;
-    }
-    return listed;
-  });
+  const storage::Reader reader = runtime::ReaderOf(*context);
+  const auto rows =
+      webhooks_->List(request->withdrawn_too(), page->after_id, page->size + 1, reader, runtime::DeadlineOf(*context));
   if (!rows.ok()) return ToGrpc(rows.status());
   const absl::StatusOr<storage::JournalNow> now = journal_->Now(runtime::DeadlineOf(*context));
   if (!now.ok()) return ToGrpc(now.status());
-  if (runtime::AddPage(
-          *rows, page->size, [&](const WebhookRow& row) { return WebhookOf(row, now->newest_sequence); },
-          response->mutable_webhooks()))
-    response->set_next_page_token(
-        runtime::TokenAfterId(filters, (*rows)[static_cast<std::size_t>(page->size) - 1].webhook_id));
+  const absl::StatusOr<const WebhookRow*> last = runtime::AddPage(
+      *rows, page->size,
+      [&](const WebhookRow& row) { return WebhookOf(WithoutTokens(row, reader), now->newest_sequence); },
+      response->mutable_webhooks());
+  if (!last.ok()) return ToGrpc(last.status());
+  if (*last != nullptr) response->set_next_page_token(runtime::TokenAfterId(filters, (*last)->webhook_id));
   return grpc::Status::OK;
 }
 
 grpc::Status WebhookService::TestWebhook(grpc::ServerContext* context, const v1::TestWebhookRequest* request,
                                          v1::TestWebhookResponse* response) {
-  const absl::StatusOr<WebhookRow> row = Find(*context, request->name());
+  // Nothing of its filter is told here.
+  const absl::StatusOr<WebhookRow> row = Find(*context, storage::Reader::Everything(), request->name());
   if (!row.ok()) return ToGrpc(row.status());
   if (row->withdrawn_at)
     return ToGrpc(runtime::Failure(errors::v1::WEBHOOK_WITHDRAWN,

@@ -2,19 +2,20 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <utility>
 
 #include "services/plant/webhook_sender.h"
 #include "sixpoint/plant/v1/webhook.grpc.pb.h"
-#include "storage/database.h"
+#include "storage/webhooks.h"
 
 namespace sixpoint::plant {
 
 class WebhookService final : public v1::WebhookService::Service {
  public:
-  // `database` lives longer.
-  WebhookService(storage::Database* database, std::shared_ptr<const storage::EventReader> journal,
+  WebhookService(std::shared_ptr<storage::WebhookStore> webhooks, std::shared_ptr<const storage::EventReader> journal,
                  std::unique_ptr<WebhookSender> sender)
-      : database_(database), journal_(std::move(journal)), sender_(std::move(sender)) {}
+      : webhooks_(std::move(webhooks)), journal_(std::move(journal)), sender_(std::move(sender)) {}
 
   grpc::Status CreateWebhook(grpc::ServerContext* context, const v1::CreateWebhookRequest* request,
                              v1::CreateWebhookResponse* response) override;
@@ -30,9 +31,10 @@ class WebhookService final : public v1::WebhookService::Service {
   void Stop() { sender_->Stop(); }
 
  private:
-  absl::StatusOr<storage::WebhookRow> Find(const grpc::ServerContext& context, const std::string& name) const;
+  absl::StatusOr<storage::WebhookRow> Find(const grpc::ServerContext& context, const storage::Reader& reader,
+                                           const std::string& name) const;
 
-  storage::Database* const database_;
+  const std::shared_ptr<storage::WebhookStore> webhooks_;
   const std::shared_ptr<const storage::EventReader> journal_;
   const std::unique_ptr<WebhookSender> sender_;
 };

@@ -24,12 +24,6 @@ std::string WordOf(Enum value) {
   return named == nullptr || value == 0 ? std::string() : named->name().substr(PrefixOf<Enum>().size());
 }
 
-template <typename Enum>
-Enum ValueOf(const std::string& word) {
-  const auto* const named = google::protobuf::GetEnumDescriptor<Enum>()->FindValueByName(PrefixOf<Enum>() + word);
-  return static_cast<Enum>(named == nullptr ? 0 : named->number());
-}
-
 // Refuses what has no word.
 template <typename Enum>
 absl::Status ReadWord(const std::string& field, Enum value, std::string* out) {

@@ -33,8 +33,8 @@ absl::Status ReadDecisionRule(const std::string& field, const plant::v1::Decisio
   return refusals.status();
 }
 
-void ToProto(const storage::DecisionRuleRow& row, plant::v1::DecisionRule* to) {
-  to->set_kind(ValueOf<plant::v1::DecisionRuleKind>(row.kind));
+void ToProto(const storage::DecisionRuleRow& row, StoredWords* words, plant::v1::DecisionRule* to) {
+  to->set_kind(words->Value<plant::v1::DecisionRuleKind>(row.kind));
   to->set_edition(row.edition);
   if (row.guard_factor) to->set_guard_factor(*row.guard_factor);
 }

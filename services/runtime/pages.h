@@ -5,8 +5,10 @@
 #include <absl/status/statusor.h>
 #include <google/protobuf/repeated_field.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace sixpoint::runtime {
@@ -31,15 +33,26 @@ absl::StatusOr<IdPage> IdPageOf(const std::string& filters, int page_size, const
 std::string TokenAfter(const std::string& filters, std::int64_t last_sequence);
 std::string TokenAfterId(const std::string& filters, const std::string& last_id);
 
-// The first `size` of the rows, of which one more was read: true where it is there, so that a page follows.
+// A page ends before it would have more, though not before its first message: clients of gRPC take 4 MiB unless told otherwise.
+inline constexpr std::size_t kGreatestPageBytes = std::size_t{3} << 20;
+
+// The first `size` of the rows, of which one more was read, as messages behind those in `out`. The page's last row where another page
+// follows, which the token is made of; else null. to_proto(row) gives a message, or a StatusOr of one.
 template <typename Row, typename Message, typename ToProto>
-bool AddPage(const std::vector<Row>& rows, int size, const ToProto& to_proto,
-             google::protobuf::RepeatedPtrField<Message>* out) {
+absl::StatusOr<const Row*> AddPage(const std::vector<Row>& rows, int size, const ToProto& to_proto,
+                                   google::protobuf::RepeatedPtrField<Message>* out) {
+  std::size_t page_bytes = 0;
+  const Row* last = nullptr;
   for (const Row& row : rows) {
-    if (out->size() == size) return true;
-    *out->Add() = to_proto(row);
+    if (&row - rows.data() == size) return last;
+    absl::StatusOr<Message> message = to_proto(row);
+    if (!message.ok()) return message.status();
+    page_bytes += message->ByteSizeLong();
+    if (last != nullptr && page_bytes > kGreatestPageBytes) return last;
+    *out->Add() = *std::move(message);
+    last = &row;
   }
-  return false;
+  return nullptr;
 }
 
 // Everything that a request asks beside the page.

@@ -75,18 +75,14 @@ absl::Status ListResults(const storage::ResultReader<Row, Filter>& reader, stora
   // One more than asked tells whether there is another page.
   const absl::StatusOr<std::vector<Row>> rows = reader.List(filter, page->before_sequence, page->size + 1, deadline);
   if (!rows.ok()) return rows.status();
-  std::int64_t last_sequence = 0;
-  for (const Row& row : *rows) {
-    if (out->size() == page->size) {
-      *next_page_token = TokenAfter(filters, last_sequence);
-      break;
-    }
+  const auto message_of = [&](const Row& row) {
     absl::StatusOr<Message> message = to_proto(row);
-    if (!message.ok()) return message.status();
-    if (!*full) leave_basic(&*message);
-    last_sequence = row.recorded.sequence;
-    *out->Add() = *std::move(message);
-  }
+    if (message.ok() && !*full) leave_basic(&*message);
+    return message;
+  };
+  const absl::StatusOr<const Row*> last = AddPage(*rows, page->size, message_of, out);
+  if (!last.ok()) return last.status();
+  if (*last != nullptr) *next_page_token = TokenAfter(filters, (*last)->recorded.sequence);
   return absl::OkStatus();
 }
 

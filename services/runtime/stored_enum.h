@@ -2,8 +2,13 @@
 #pragma once
 
 #include <absl/status/statusor.h>
+#include <absl/strings/ascii.h>
+#include <google/protobuf/generated_enum_reflection.h>
 
 #include <string>
+#include <utility>
+
+#include "services/runtime/contract_words.h"
 
 namespace sixpoint::runtime {
 
@@ -16,5 +21,40 @@ absl::StatusOr<Enum> StoredEnum(bool (*parse)(const std::string&, Enum*), const 
   if (parse(name, &value)) return value;
   return absl::DataLossError(of + ": its " + name + " is none that this release knows");
 }
+
+// Reads the words of one row, where a message has many: the first that this release does not know is told at the end.
+class StoredWords {
+ public:
+  // of: whose they are, for the message.
+  explicit StoredWords(std::string of) : of_(std::move(of)) {}
+
+  // Of contract_words.h's words, in small letters too. Nothing is unknown as well.
+  template <typename Enum>
+  Enum Value(const std::string& word) {
+    const std::string name = PrefixOf<Enum>() + absl::AsciiStrToUpper(word);
+    const auto* const named = google::protobuf::GetEnumDescriptor<Enum>()->FindValueByName(name);
+    if (named != nullptr && named->number() != 0) return static_cast<Enum>(named->number());
+    if (status_.ok()) status_ = absl::DataLossError(of_ + ": its " + name + " is none that this release knows");
+    return static_cast<Enum>(0);
+  }
+  // Nothing is UNSPECIFIED.
+  template <typename Enum>
+  Enum ValueOrNone(const std::string& word) {
+    return word.empty() ? static_cast<Enum>(0) : Value<Enum>(word);
+  }
+
+  // DATA_LOSS, as StoredEnum.
+  const absl::Status& status() const { return status_; }
+  // The message that was filled from them, where all are known.
+  template <typename Message>
+  absl::StatusOr<Message> Checked(Message message) const {
+    if (!status_.ok()) return status_;
+    return message;
+  }
+
+ private:
+  std::string of_;
+  absl::Status status_;
+};
 
 }  // namespace sixpoint::runtime

@@ -31,7 +31,7 @@ std::string ReadAll(const fs::path& path) {
 
 class LedgerCommandTest : public ::testing::Test {
  protected:
-  LedgerCommandTest() : service_(database_.database(), nullptr), server_({&service_}) {
+  LedgerCommandTest() : server_({&service_}) {
     std::string pattern = (fs::temp_directory_path() / "sixpoint-ledger-XXXXXX").string();
     folder_ = mkdtemp(pattern.data());
     EXPECT_TRUE(ledger::SigningKey::MakeFile(In("key.pem")).ok());
@@ -67,7 +67,8 @@ class LedgerCommandTest : public ::testing::Test {
   }
 
   testing::ThrowawayDatabase database_;
-  plant::LedgerService service_;
+  const storage::PlantStores stores_ = storage::PlantIn(database_.database());
+  plant::LedgerService service_{storage::LedgerIn(database_.database()), stores_.blades, stores_.clearances, nullptr};
   testing::InProcessServer server_;
   fs::path folder_;
 };
@@ -239,7 +240,8 @@ class SealerTest : public LedgerCommandTest {
     plant::LedgerSealerOptions options;
     options.every = options.head_every = every;
     options.heads_file = In("sent");
-    return std::make_unique<plant::LedgerSealer>(options, testing::AsRole(database_.conninfo(), "plant"),
+    auto own = storage::Database::Open(testing::AsRole(database_.conninfo(), "plant"), 1);
+    return std::make_unique<plant::LedgerSealer>(options, storage::LedgerIn(std::move(own)),
                                                  *ledger::SigningKey::Read(In("key.pem")));
   }
 };

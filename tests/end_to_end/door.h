@@ -16,9 +16,9 @@
 #include "services/runtime/errors.h"
 #include "sixpoint/plant/v1/account.grpc.pb.h"
 #include "sixpoint/plant/v1/plant.grpc.pb.h"
-#include "storage/denials.h"
 #include "tests/end_to_end/plant_processes.h"
 #include "tests/support/becomes.h"
+#include "tests/support/newest_denials.h"
 #include "tests/support/throwaway_database.h"
 
 namespace sixpoint::testing {
@@ -102,7 +102,7 @@ class Door : public ::testing::Test {
     const auto database = storage::Database::Open(database_.conninfo(), 1);
     for (const auto end = Within(20);; std::this_thread::sleep_for(std::chrono::milliseconds(200))) {
       auto transaction = database->Begin(Soon());
-      const auto denials = storage::NewestDenials(*transaction, 1000);
+      const auto denials = NewestDenials(*transaction, 1000);
       EXPECT_TRUE(denials.ok()) << denials.status();
       for (const storage::Denial& denial : *denials)
         if (denial.reason == reason) return *denials;

@@ -416,7 +416,14 @@ TEST(PlantStore, TheJournalIsReadByNameBladeAndEdge) {
     EXPECT_TRUE(*plant.journal->IsRecorded("parts/p1@1", Soon()));
     EXPECT_FALSE(*plant.journal->IsRecorded("parts/p", Soon()));
     EXPECT_FALSE(plant.journal->FindEntry("parts/p1", Soon())->has_value());
-    EXPECT_THAT(Names(plant.journal->RecordOfBlade("sn1", {}, Soon())), ElementsAre("blades/sn1"));
+    EXPECT_THAT(Names(plant.journal->RecordOfBlade("sn1", {}, {}, Soon())), ElementsAre("blades/sn1"));
+    EXPECT_THAT(Names(plant.journal->RecordOfBlade("sn1", {"scan"}, {}, Soon())), IsEmpty());
+    const Instant at = plant.journal->FindEntry("blades/sn1", Soon())->value().recorded.recorded_at;
+    JournalPage span;
+    span.recorded.until = at;
+    EXPECT_THAT(Names(plant.journal->RecordOfBlade("sn1", {}, span, Soon())), IsEmpty());
+    span.recorded = {at, at + std::chrono::microseconds(1)};
+    EXPECT_THAT(Names(plant.journal->RecordOfBlade("sn1", {"blade"}, span, Soon())), ElementsAre("blades/sn1"));
     EXPECT_THAT(Names(plant.journal->DerivedFrom("parts/p1", {}, {}, Soon())), ElementsAre("blades/sn1", "blades/sn2"));
     EXPECT_THAT(Names(plant.journal->DerivedFrom("parts/p1", {"scan"}, {}, Soon())), IsEmpty());
     JournalPage page;

@@ -125,8 +125,10 @@ TEST_F(RecordTest, RecallAndRecordsComeByPagesAndKinds) {
   EXPECT_EQ(paged, NamesOf(all));
   EXPECT_THAT(NamesOf(DerivedFrom(*transaction, "calibrations/a1", {"correction", "calibration"})),
               ElementsAre("calibrations/c1", "corrections/k1", "corrections/k2", "corrections/k3"));
-  EXPECT_THAT(NamesOf(RecordOfBlade(*transaction, "b1", {all->at(1).recorded.sequence, 2})),
+  EXPECT_THAT(NamesOf(RecordOfBlade(*transaction, "b1", {}, {all->at(1).recorded.sequence, 2})),
               ElementsAre("corrections/k1", "registrations/r2"));
+  EXPECT_THAT(NamesOf(RecordOfBlade(*transaction, "b1", {"registration"}, {all->at(1).recorded.sequence, 2})),
+              ElementsAre("registrations/r2", "registrations/r3"));
 }
 
 TEST_F(RecordTest, RecallFromAnArtefactsScanGoesThroughItsCalibration) {

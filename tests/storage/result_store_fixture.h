@@ -15,6 +15,7 @@
 #include "tests/support/customers_parts.h"
 #include "tests/support/fake_assessments.h"
 #include "tests/support/fake_deviations.h"
+#include "tests/support/fake_inspections.h"
 #include "tests/support/fake_machining_passes.h"
 #include "tests/support/fake_reconstructions.h"
 #include "tests/support/fake_repairs.h"
@@ -124,17 +125,12 @@ struct StoredInspections : StoredAggregate<InspectionRow, InspectionFilter> {
   static constexpr auto kId = &Row::inspection_id;
   static constexpr auto kIn = InspectionsIn;
   static constexpr char kKind[] = "inspection";
-  static std::shared_ptr<Store> Fake() {
-    return std::make_shared<sixpoint::testing::FakeResults<Row, Filter>>(
-        kId, [](const Row& row, const Filter& filter) { return sixpoint::testing::IsListed(row, filter); });
-  }
-  static Row Make() {
-    Row row = MeasuredOnThePlant(Row());
-    row.method = "SIX_POINT";
-    row.verdict = "NOT_MEASURED";
-    row.decision_rule = "rule";
-    row.deviation_point_count = 1;
-    return row;
+  static std::shared_ptr<Store> Fake() { return std::make_shared<sixpoint::testing::FakeInspections>(); }
+  static Row Make() { return MeasuredOnThePlant(sixpoint::testing::SampleInspection()); }
+  static OwnFilters<Filter> Filters() {
+    return {{FilterBy(&Filter::verdict, "NOT_MEASURED"), true},
+            {FilterBy(&Filter::verdict, "CONFORM"), false},
+            {FilterBy(&Filter::work_order, "WO-1"), false}};
   }
 };
 

@@ -10,15 +10,16 @@
 
 #include "services/runtime/call.h"
 #include "services/runtime/errors.h"
+#include "tests/support/sanitizer.h"
 
 namespace sixpoint::testing {
 
-// Ends after 20 s.
+// Ends after 20 s, later under a sanitizer.
 template <typename Stub, typename Request, typename Response>
 absl::StatusOr<Response> Call(Stub& stub, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                               const Request& request) {
   Response response;
-  const grpc::Status status = (stub.*method)(runtime::ContextFor(20).get(), request, &response);
+  const grpc::Status status = (stub.*method)(runtime::ContextFor(kPatience * 20).get(), request, &response);
   if (!status.ok()) return runtime::FromGrpc(status);
   return response;
 }
@@ -35,7 +36,7 @@ Streamed<Message> CallStream(Stub& stub,
                                                                                           const Request&),
                              const Request& request) {
   Streamed<Message> streamed;
-  const auto context = runtime::ContextFor(20);
+  const auto context = runtime::ContextFor(kPatience * 20);
   const auto reader = (stub.*method)(context.get(), request);
   for (Message message; reader->Read(&message);) streamed.messages.push_back(std::move(message));
   streamed.status = runtime::FromGrpc(reader->Finish());

@@ -1,11 +1,9 @@
 #include "tests/support/cut_blades.h"
 
-#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "metrology/kinematics/rotary_axes.h"
 #include "storage/blobs.h"
 #include "storage/calibrations.h"
 #include "storage/correction_events.h"
@@ -13,28 +11,13 @@
 #include "storage/inspections.h"
 #include "storage/registrations.h"
 #include "storage/scans.h"
+#include "storage/three.h"
 #include "tests/support/registered.h"
 #include "tests/support/rows_of_m1.h"
 #include "tests/support/sample_calibrations.h"
 
 namespace sixpoint::testing {
 namespace {
-
-constexpr double kRad = 3.14159265358979323846 / 180;
-constexpr double kAngles[2][2] = {{0, 55}, {20, -30}};  // A, B of G1 and G2
-
-std::vector<double> ListOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-std::array<double, 3> ThreeOf(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-// The part stands as its CAD does.
-Eigen::Matrix3d PartFromMachine(int group) {
-  const metrology::RotaryAxes axes;
-  return axes.MachineFromZero(kAngles[group][0] * kRad, kAngles[group][1] * kRad).linear().transpose();
-}
-Eigen::Vector3d AxisOf(int group) { return PartFromMachine(group) * Eigen::Vector3d::UnitZ(); }
-Eigen::Vector3d StartOf(int group, int hole) { return {10.0 * hole, 5.0 * group, 20}; }
-std::string GroupName(int group) { return "G" + std::to_string(group + 1); }
-std::string HoleName(int hole) { return "H" + std::to_string(hole + 1); }
 
 std::string PutRegistration(storage::Transaction& t, const std::string& serial,
                             const MachinesCalibrations& calibrations) {
@@ -61,12 +44,14 @@ storage::CorrectionRow CorrectionOf(const CutBlade& blade, const MachinesCalibra
   row.envelope_translation_mm = 2;
   row.envelope_rotation_deg = 3;
   row.valid_until = storage::Instant(std::chrono::seconds(4'000'000'000));
-  for (int g = 0; g < 2; ++g) {
-    storage::CorrectionGroupRow& group = row.groups.emplace_back();
-    group.group_name = GroupName(g);
-    group.a_deg = kAngles[g][0];
-    group.b_deg = kAngles[g][1];
-    for (int h = 0; h < 2; ++h) group.holes.emplace_back().hole_name = HoleName(h);
+  for (const CutHole& hole : HolesOf(blade)) {
+    if (row.groups.empty() || row.groups.back().group_name != hole.group) {
+      storage::CorrectionGroupRow& group = row.groups.emplace_back();
+      group.group_name = hole.group;
+      group.a_deg = hole.a_deg;
+      group.b_deg = hole.b_deg;
+    }
+    row.groups.back().holes.emplace_back().hole_name = hole.hole;
   }
   return row;
 }
@@ -88,19 +73,23 @@ std::string PutScan(storage::Transaction& t, const std::string& serial, int numb
   return scan.scan_id;
 }
 
-storage::InspectionHoleRow HoleOf(int g, int h, const CutBlade& blade) {
+storage::InspectionHoleRow InspectedHoleOf(const CutHole& cut, const CutBlade& blade) {
   storage::InspectionHoleRow hole;
-  hole.group_name = GroupName(g);
-  hole.hole_name = HoleName(h);
+  hole.group_name = cut.group;
+  hole.hole_name = cut.hole;
   hole.verdict = hole.position_verdict = hole.inclination_verdict = blade.measured ? "CONFORM" : "NOT_MEASURED";
   if (!blade.measured) hole.reason = "no pin";
   if (blade.measured)
-    hole.measured = storage::InspectionHoleRow::Measured{
-        blade.off_mm.norm(), 0,  10, 0.1, ThreeOf(StartOf(g, h) + PartFromMachine(g) * blade.off_mm),
-        ThreeOf(AxisOf(g)),  0.4};
+    hole.measured = storage::InspectionHoleRow::Measured{blade.off_mm.norm(),
+                                                         0,
+                                                         kCutExpandedUncertainty_um,
+                                                         kCutExpandedUncertainty_deg,
+                                                         cut.found_start_mm,
+                                                         cut.axis,
+                                                         0.4};
   hole.position_tolerance_mm = 0.1;
   hole.inclination_tolerance_deg = 1;
-  if (blade.measured) hole.budget_um = {4, 3};
+  if (blade.measured) hole.budget_um = CutBudget_um();
   return hole;
 }
 
@@ -115,9 +104,8 @@ std::string PutInspection(storage::Transaction& t, const CutBlade& blade, const 
   row.deviation_point_count = 1;
   row.positioning_disagrees = blade.positioning_open;
   row.scan_ids = {PutScan(t, blade.serial, number)};
-  row.budget_sources = {"points of the pin", "sensor calibration"};
-  for (int g = 0; g < 2; ++g)
-    for (int h = 0; h < 2; ++h) row.holes.push_back(HoleOf(g, h, blade));
+  row.budget_sources = CutBudgetSources();
+  for (const CutHole& hole : HolesOf(blade)) row.holes.push_back(InspectedHoleOf(hole, blade));
   Must(storage::InsertInspection(
       t, row,
       EntryOfM1("inspections/" + row.inspection_id,
@@ -130,18 +118,21 @@ void PutPart(storage::Transaction& t) {
   const storage::TessellationRow tessellation{surface, "stl", surface, 12, 0, true, {-15, -15, -10}, {15, 15, 0}};
   Must(storage::InsertTessellation(t, tessellation, "test"));
   storage::PartRow part = PartOf("p1", tessellation);
-  for (int g = 0; g < 2; ++g) {
-    storage::HoleGroupRow& group = part.hole_groups.emplace_back();
-    group.group = GroupName(g);
-    group.diameter_mm = 0.4;
-    group.depth_mm = 5;
-    group.a_nominal_deg = kAngles[g][0];
-    group.b_nominal_deg = kAngles[g][1];
-    group.axis_in_part = ListOf(AxisOf(g));
-    group.position_tolerance_mm = 0.1;
-    group.inclination_tolerance_deg = 1;
-    group.position_zone = "RADIUS";
-    for (int h = 0; h < 2; ++h) group.holes.push_back({HoleName(h), ListOf(StartOf(g, h)), ListOf(AxisOf(g))});
+  for (const CutHole& hole : HolesOf({})) {
+    if (part.hole_groups.empty() || part.hole_groups.back().group != hole.group) {
+      storage::HoleGroupRow& group = part.hole_groups.emplace_back();
+      group.group = hole.group;
+      group.diameter_mm = 0.4;
+      group.depth_mm = 5;
+      group.a_nominal_deg = hole.a_deg;
+      group.b_nominal_deg = hole.b_deg;
+      group.axis_in_part = storage::ListOf(hole.axis);
+      group.position_tolerance_mm = 0.1;
+      group.inclination_tolerance_deg = 1;
+      group.position_zone = "RADIUS";
+    }
+    part.hole_groups.back().holes.push_back(
+        {hole.hole, storage::ListOf(hole.predicted_start_mm), storage::ListOf(hole.axis)});
   }
   storage::RecordEntry entry = EntryOfM1("parts/", {}, "");
   entry.machine.reset();
@@ -157,8 +148,8 @@ CutBlades::CutBlades() {
   Must(t.Commit());
 }
 
-CutBlades::Names CutBlades::Cut(const CutBlade& blade) {
-  Names names;
+CutNames CutBlades::Cut(const CutBlade& blade) {
+  CutNames names;
   storage::Transaction t = Must(database.database()->Begin(Soon(60)));
   RegisterBlade(t, blade.serial, "p1");
   storage::CorrectionRow correction = CorrectionOf(blade, calibrations_);
@@ -175,8 +166,7 @@ CutBlades::Names CutBlades::Cut(const CutBlade& blade) {
   report.requested_by = "machines/m1";
   report.software_version = "test";
   report.check = [](const std::optional<storage::CorrectionRow>&) { return absl::OkStatus(); };
-  for (int g = 0; g < 2; ++g)
-    for (int h = 0; h < 2; ++h) report.holes.push_back({GroupName(g), HoleName(h)});
+  for (const CutHole& hole : HolesOf(blade)) report.holes.push_back({hole.group, hole.hole});
   Must(storage::CorrectionEventsIn(database.database())
            ->ReportCut({"area.Cut", storage::NewUuid(), "cut of " + blade.serial}, report, Soon(60)));
   return names;

@@ -258,25 +258,23 @@ class FakeJournal final : public storage::JournalReader {
     return std::any_of(entries.begin(), entries.end(),
                        [&](const storage::JournalEntry& entry) { return FakeRecord::Means(name, entry.entry.name); });
   }
-  absl::StatusOr<std::vector<std::string>> Kinds(Deadline) const override {
-    return std::vector<std::string>{
-        "artefact",        "assessment",     "assignment",  "blade",   "calibration", "correction",     "cut",
-        "deletion",        "deviation",      "disposition", "drawing", "fetch",       "inspection",     "machine",
-        "machining_model", "machining_pass", "measurement", "part",    "policy",      "reconstruction", "refusal",
-        "registration",    "release",        "repair",      "scan",    "section",     "study",          "withdrawal"};
-  }
-  Entries RecordOfBlade(const std::string& serial, const storage::JournalPage& page, Deadline) const override {
+  absl::StatusOr<std::vector<std::string>> Kinds(Deadline) const override { return FakeRecord::Kinds(); }
+  Entries RecordOfBlade(const std::string& serial, const std::vector<std::string>& kinds,
+                        const storage::JournalPage& page, Deadline) const override {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();
-    return Page(record_->entries(), page, [&](const storage::RecordEntry& entry) { return entry.blade == serial; });
+    std::vector<storage::JournalEntry> within;
+    for (const storage::JournalEntry& entry : record_->entries())
+      if (storage::Contains(page.recorded, entry.recorded.recorded_at)) within.push_back(entry);
+    return Page(within, page,
+                [&](const storage::RecordEntry& entry) { return entry.blade == serial && IsAmong(kinds, entry.kind); });
   }
   Entries DerivedFrom(const std::string& name, const std::vector<std::string>& kinds, const storage::JournalPage& page,
                       Deadline) const override {
     const auto lock = record_->Lock();
     if (!record_->failure().ok()) return record_->failure();
     return Page(record_->DerivedFrom(name, page.recorded), page, [&](const storage::RecordEntry& entry) {
-      return (kinds.empty() || std::find(kinds.begin(), kinds.end(), entry.kind) != kinds.end()) &&
-             IsSeen(entry, page.reader);
+      return IsAmong(kinds, entry.kind) && IsSeen(entry, page.reader);
     });
   }
   // The fakes know of no work orders.
@@ -292,6 +290,9 @@ class FakeJournal final : public storage::JournalReader {
   }
 
  private:
+  static bool IsAmong(const std::vector<std::string>& kinds, const std::string& kind) {
+    return kinds.empty() || std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+  }
   bool IsSeen(const storage::RecordEntry& entry, const storage::Reader& reader) const {
     const std::string of =
         entry.kind == "part" ? entry.name.substr(0, entry.name.find('@')) : "blades/" + entry.blade.value_or("");

@@ -59,6 +59,15 @@ class FakeRecord {
   }
   const std::vector<storage::JournalEntry>& entries() const { return entries_; }
 
+  // That an entry may have.
+  static std::vector<std::string> Kinds() {
+    return {"artefact",   "assessment",     "assignment",      "blade",          "calibration", "correction",
+            "cut",        "deletion",       "deviation",       "disposition",    "drawing",     "fetch",
+            "inspection", "machine",        "machining_model", "machining_pass", "measurement", "part",
+            "policy",     "reconstruction", "refusal",         "registration",   "release",     "repair",
+            "scan",       "section",        "study",           "withdrawal"};
+  }
+
   // Whether a thing of that name is meant: itself or, of a name without @revision, one of its revisions.
   static bool Means(const std::string& name, const std::string& recorded) {
     return recorded == name || recorded.rfind(name + "@", 0) == 0;

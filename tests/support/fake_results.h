@@ -39,6 +39,11 @@ class FakeResults : public Store {
     const auto lock = record_.Lock();
     record_.Fail(std::move(failure));
   }
+  // Happens before each list is read, and may call the store: what comes about between two pages.
+  void BeforeList(std::function<void()> meanwhile) {
+    const auto lock = record_.Lock();
+    before_list_ = std::move(meanwhile);
+  }
   // As they were recorded, with what is only written.
   std::vector<Row> rows() const {
     const auto lock = record_.Lock();
@@ -63,6 +68,7 @@ class FakeResults : public Store {
   }
   absl::StatusOr<std::vector<Row>> List(const Filter& filter, std::int64_t before_sequence, int limit,
                                         storage::Deadline) const override {
+    if (const std::function<void()> meanwhile = WhatIsBeforeAList()) meanwhile();
     const auto lock = record_.Lock();
     if (!record_.failure().ok()) return record_.failure();
     std::vector<Row> listed;
@@ -121,9 +127,14 @@ class FakeResults : public Store {
       if (row.*id_ == id) return ReadBack(row, {});
     return std::nullopt;
   }
+  std::function<void()> WhatIsBeforeAList() const {
+    const auto lock = record_.Lock();
+    return before_list_;
+  }
 
   std::string Row::*const id_;
   const std::function<bool(const Row&, const Filter&)> matches_;
+  std::function<void()> before_list_;
   FakeRecord record_;
   std::vector<Row> rows_;  // as recorded
 };

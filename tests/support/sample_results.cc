@@ -13,6 +13,31 @@ const std::string kZeroDigest(64, '0');
 
 }  // namespace
 
+storage::InspectionRow SampleInspection() {
+  storage::InspectionRow row;
+  row.method = "SIX_POINT";
+  row.verdict = "NOT_MEASURED";
+  row.decision_rule = "ISO 14253-1";
+  row.deviation_point_count = 100;
+  row.computed_on = "x86-64";
+  row.budget_sources = {"points of the pin"};
+  for (const char* name : {"H1", "H2"}) {
+    storage::InspectionHoleRow& hole = row.holes.emplace_back();
+    hole.group_name = "G1";
+    hole.hole_name = name;
+    hole.position_tolerance_mm = 0.1;
+    hole.inclination_tolerance_deg = 1;
+  }
+  storage::InspectionHoleRow &good = row.holes[0], &missing = row.holes[1];
+  good.verdict = good.position_verdict = good.inclination_verdict = "CONFORM";
+  good.measured = storage::InspectionHoleRow::Measured{0.02, 0.25, 6, 0.05, {0.02, 0, 0}, {0, 0, 1}, 0.4};
+  good.point_count = 50;
+  good.budget_um = {3};
+  missing.verdict = missing.position_verdict = missing.inclination_verdict = "NOT_MEASURED";
+  missing.reason = "no pin stands in it";
+  return row;
+}
+
 storage::DeviationMapRow SampleDeviation() {
   storage::DeviationMapRow row;
   row.method = "BEST_FIT";

@@ -4,6 +4,7 @@
 
 #include "storage/assessments.h"
 #include "storage/deviations.h"
+#include "storage/inspections.h"
 #include "storage/machining_passes.h"
 #include "storage/measurements.h"
 #include "storage/reconstructions.h"
@@ -12,6 +13,8 @@
 
 namespace sixpoint::testing {
 
+// Of the holes G1/H1, which is good, and G1/H2, in which no pin stood.
+storage::InspectionRow SampleInspection();
 // Of one patch, which was seen and is within its profile tolerance, "17".
 storage::DeviationMapRow SampleDeviation();
 // The section "50 %": one parameter measured and one not.

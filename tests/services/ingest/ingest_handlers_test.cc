@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "services/ingest/scan_messages.h"
 #include "services/ingest/scan_service.h"
 #include "services/ingest/store_service.h"
 #include "services/runtime/call.h"
@@ -183,6 +184,39 @@ TEST_F(IngestHandlersTest, TheStoreTellsHowItFares) {
   EXPECT_EQ(last.damages(0).kind(), v1::DAMAGE_KIND_MISSING);
   EXPECT_EQ(Call(*store_, &Store::CollectGarbage, v1::CollectGarbageRequest())->blob_count(), 7);
   EXPECT_EQ(Call(*store_, &Store::GetStoreStatus, v1::GetStoreStatusRequest())->new_blobs(), v1::BLOB_HOLDER_S3);
+}
+
+// What the record has of a newer release, read by this one after it was rolled back.
+TEST(ScanMessages, AWordOfAnotherReleaseIsNoDefault) {
+  storage::ScanRow known;
+  known.scan_id = "s1";
+  known.blade_serial = "sn1";
+  known.kind = "airfoil";
+  known.v0_mm = {0, 0, 0};
+  known.encoding = "xyz_f64";
+  known.stored_encoding = "range_image";
+  const auto scan = ToProto(known);
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_EQ(scan->header().kind(), v1::SCAN_KIND_AIRFOIL);
+  EXPECT_EQ(scan->header().encoding(), v1::ENCODING_XYZ_F64);
+  EXPECT_EQ(scan->stored_encoding(), v1::ENCODING_RANGE_IMAGE);
+  EXPECT_EQ(scan->header().cloud(), v1::CLOUD_KIND_UNSPECIFIED);
+  using Row = storage::ScanRow;
+  for (std::string Row::*word :
+       {&Row::kind, &Row::encoding, &Row::stored_encoding, &Row::travel, &Row::cloud, &Row::length_unit}) {
+    storage::ScanRow newer = known;
+    newer.*word = "volume";
+    const absl::Status read = ToProto(newer).status();
+    EXPECT_EQ(read.code(), absl::StatusCode::kDataLoss) << read;
+    EXPECT_THAT(std::string(read.message()), HasSubstr("scan s1: its "));
+    EXPECT_THAT(std::string(read.message()), HasSubstr("_VOLUME is none that this release knows"));
+  }
+}
+
+TEST_F(IngestHandlersTest, AHolderOfAnotherReleaseIsNoDefault) {
+  blobs_->status.store = "tape";
+  EXPECT_EQ(Call(*store_, &Store::GetStoreStatus, v1::GetStoreStatusRequest()).status().code(),
+            absl::StatusCode::kDataLoss);
 }
 
 TEST_F(IngestHandlersTest, SaysWhatTheStoreSays) {

@@ -9,6 +9,7 @@
 #include "tests/support/call.h"
 #include "tests/support/fake_assessments.h"
 #include "tests/support/fake_deviations.h"
+#include "tests/support/fake_inspections.h"
 #include "tests/support/fake_measurements.h"
 #include "tests/support/fake_sections.h"
 #include "tests/support/listed_results.h"
@@ -29,7 +30,6 @@ class AssessmentHandlersTest : public ::testing::Test {
  protected:
   using Row = storage::AssessmentRow;
   using Stub = v1::AssessmentService::Stub;
-  using Inspections = testing::FakeResults<storage::InspectionRow, storage::InspectionFilter>;
 
   // A chord, which a section has, and what another instrument measures.
   AssessmentHandlersTest() {
@@ -135,11 +135,7 @@ class AssessmentHandlersTest : public ::testing::Test {
 
   testing::StandIns plant_;
   std::shared_ptr<testing::FakeAssessments> store_ = std::make_shared<testing::FakeAssessments>();
-  std::shared_ptr<Inspections> inspections_ =
-      std::make_shared<Inspections>(&storage::InspectionRow::inspection_id,
-                                    [](const storage::InspectionRow& row, const storage::InspectionFilter& filter) {
-                                      return testing::IsListed(row, filter);
-                                    });
+  std::shared_ptr<testing::FakeInspections> inspections_ = std::make_shared<testing::FakeInspections>();
   std::shared_ptr<testing::FakeDeviations> deviations_ = std::make_shared<testing::FakeDeviations>();
   std::shared_ptr<testing::FakeSections> sections_ = std::make_shared<testing::FakeSections>();
   std::shared_ptr<testing::FakeMeasurements> measurements_ = std::make_shared<testing::FakeMeasurements>();

@@ -5,6 +5,7 @@
 #include "services/inspection/disposition_service.h"
 #include "tests/support/call.h"
 #include "tests/support/fake_dispositions.h"
+#include "tests/support/fake_inspections.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/listed_results.h"
 #include "tests/support/must.h"
@@ -21,8 +22,6 @@ using ::testing::SizeIs;
 
 class DispositionHandlersTest : public ::testing::Test {
  protected:
-  using Inspections = testing::FakeResults<storage::InspectionRow, storage::InspectionFilter>;
-
   DispositionHandlersTest() {
     storage::InspectionRow row;
     row.inspection_id = kInspectionId;
@@ -45,11 +44,7 @@ class DispositionHandlersTest : public ::testing::Test {
 
   static constexpr char kInspectionId[] = "00000000-0000-7000-8000-0000000000b1";
   std::shared_ptr<testing::FakeDispositions> store_ = std::make_shared<testing::FakeDispositions>();
-  std::shared_ptr<Inspections> inspections_ =
-      std::make_shared<Inspections>(&storage::InspectionRow::inspection_id,
-                                    [](const storage::InspectionRow& row, const storage::InspectionFilter& filter) {
-                                      return testing::IsListed(row, filter);
-                                    });
+  std::shared_ptr<testing::FakeInspections> inspections_ = std::make_shared<testing::FakeInspections>();
   DispositionService service_{store_, inspections_};
   testing::InProcessServer server_{{&service_}};
   std::unique_ptr<v1::DispositionService::Stub> stub_ = v1::DispositionService::NewStub(server_.Connect());

@@ -1,4 +1,4 @@
-// Whether corrections were right, over real gRPC on a real PostgreSQL, with the rights that the service has; and on rows made up.
+// Whether corrections were right, over real gRPC on a real PostgreSQL, with the rights that the service has.
 #include "services/inspection/efficacy_service.h"
 
 #include <gmock/gmock.h>
@@ -140,26 +140,6 @@ TEST_F(EfficacyServiceTest, RefusesByFieldValueAndWanted) {
                 r->mutable_corrected()->mutable_until()->set_seconds(1000);
               }),
               HasSubstr("corrected"));
-}
-
-// Without a database: what is away stays away, and a period without axes is damage.
-class AwayOutcomes final : public storage::OutcomeReader {
- public:
-  absl::StatusOr<storage::Outcomes> Read(const storage::OutcomeFilter&, int, storage::Deadline) const override {
-    return absl::UnavailableError("database: away");
-  }
-};
-
-TEST(EfficacyServiceAlone, AnswersThatTheDatabaseIsAway) {
-  EfficacyService service(std::make_shared<AwayOutcomes>());
-  testing::InProcessServer server({&service});
-  v1::ComputeEfficacyRequest request;
-  request.set_machine("machines/m1");
-  v1::Efficacy efficacy;
-  const auto context = runtime::ContextFor(20.0);
-  const grpc::Status status =
-      v1::EfficacyService::NewStub(server.Connect())->ComputeEfficacy(context.get(), request, &efficacy);
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
 }
 
 }  // namespace

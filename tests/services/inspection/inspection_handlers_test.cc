@@ -7,7 +7,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/geometry_proto.h"
 #include "tests/services/correction/stand_ins.h"
-#include "tests/support/fake_results.h"
+#include "tests/support/fake_inspections.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/some_uuid.h"
 
@@ -17,7 +17,6 @@ namespace {
 using sixpoint::testing::kSomeUuid;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-using Store = testing::FakeResults<storage::InspectionRow, storage::InspectionFilter>;
 
 class InspectionHandlersTest : public ::testing::Test {
  protected:
@@ -37,11 +36,7 @@ class InspectionHandlersTest : public ::testing::Test {
   }
 
   testing::StandIns plant_;
-  std::shared_ptr<Store> store_ =
-      std::make_shared<Store>(&storage::InspectionRow::inspection_id,
-                              [](const storage::InspectionRow& row, const storage::InspectionFilter& filter) {
-                                return filter.blade_serial.empty() || row.blade_serial == filter.blade_serial;
-                              });
+  std::shared_ptr<testing::FakeInspections> store_ = std::make_shared<testing::FakeInspections>();
   InspectionService service_{
       store_,
       std::make_unique<clients::BladePeers>(plant_.Connect(), plant_.Connect(), plant_.Connect(), plant_.Connect()),

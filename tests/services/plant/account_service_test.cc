@@ -31,7 +31,7 @@ class Desk {
  public:
   Desk(storage::Database* database, testing::PlantCertificates& certificates,
        std::unique_ptr<IdentityProvider> provider)
-      : service_(database, Options(certificates, std::move(provider))),
+      : service_(storage::AccountsIn(database), Options(certificates, std::move(provider))),
         server_({&service_}),
         stub_(v1::AccountService::NewStub(server_.Connect())) {}
 

@@ -145,6 +145,11 @@ TEST_F(DrawingServiceTest, ListsAreByIdAndByPart) {
   ASSERT_EQ(page->drawings_size(), 1);
   EXPECT_EQ(page->next_page_token(), "");
   list.clear_page_token();
+  list.set_view(list::v1::VIEW_FULL);
+  page = Call(&DrawingStub::ListDrawings, list);
+  ASSERT_TRUE(page.ok()) << page.status();
+  EXPECT_EQ(page->drawings(0).SerializeAsString(), Show("drawings/a")->SerializeAsString());
+  list.clear_view();
   list.set_part("parts/disc");
   EXPECT_EQ(Call(&DrawingStub::ListDrawings, list)->drawings_size(), 0);
   list.set_part("vane");

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 
 namespace sixpoint::testing {
 
@@ -77,6 +78,14 @@ void HttpReceiver::Take(int connection) {
   const std::string answer = "HTTP/1.1 " + std::to_string(posted.answered) + " Told\r\nlocation: " + url() +
                              "2\r\ncontent-length: 0\r\nconnection: close\r\n\r\n";
   if (write(connection, answer.data(), answer.size()) < 0) return;
+}
+
+std::vector<std::string> TakenSubjects(const HttpReceiver& receiver) {
+  std::vector<std::string> subjects;
+  for (const HttpReceiver::Posted& posted : receiver.posted())
+    if (posted.answered < 300)
+      for (const auto& event : nlohmann::json::parse(posted.body)) subjects.push_back(event["subject"]);
+  return subjects;
 }
 
 }  // namespace sixpoint::testing

@@ -39,4 +39,7 @@ class HttpReceiver {
   std::thread thread_;
 };
 
+// Of the events that it took (an answer below 300): what each is about, message by message.
+std::vector<std::string> TakenSubjects(const HttpReceiver& receiver);
+
 }  // namespace sixpoint::testing

@@ -44,6 +44,7 @@ class PlantHandlersTest : public ::testing::Test {
   void AddPart() {
     storage::PartRow part;
     part.part_id = "vane";
+    part.cad_format = "step";
     part.zero_from_part_nominal_translation_mm = {0, 0, 0};
     AddPart(std::move(part));
   }
@@ -100,6 +101,32 @@ TEST_F(PlantHandlersTest, NothingIsRecordedOfWhatIsRefused) {
   EXPECT_TRUE(stores_.record->entries().empty());
 }
 
+// A newer release's record, read by this one after it was rolled back.
+TEST_F(PlantHandlersTest, AWordOfAnotherReleaseIsNoDefault) {
+  storage::MachineRow machine;
+  machine.machine_id = "m1";
+  machine.nominal_centre_mm = {0, 0, 0};
+  machine.joints.push_back({"part", "C", "polar", {0, 0, 1}, {}, 1, -90, 90, {}});
+  ASSERT_TRUE(stores_.machines->Record({}, machine, {}, {}).ok());
+  const absl::Status got = Get("machines/m1").status();
+  EXPECT_EQ(got.code(), absl::StatusCode::kDataLoss) << got;
+  EXPECT_THAT(std::string(got.message()), HasSubstr("machine m1: its JOINT_KIND_POLAR"));
+  EXPECT_EQ(Call(*stub_, &PlantStub::ListMachines, v1::ListMachinesRequest()).status().code(),
+            absl::StatusCode::kDataLoss);
+  storage::PartRow part;
+  part.part_id = "vane";
+  part.cad_format = "step";
+  part.zero_from_part_nominal_translation_mm = {0, 0, 0};
+  part.hole_groups.emplace_back();
+  part.hole_groups[0].axis_in_part = {0, 0, 1};
+  part.hole_groups[0].position_zone = "ELLIPSE";
+  AddPart(part);
+  v1::GetPartRequest request;
+  request.set_name("parts/vane");
+  EXPECT_THAT(std::string(Call(*stub_, &PlantStub::GetPart, request).status().message()),
+              HasSubstr("part vane: its POSITION_ZONE_ELLIPSE"));
+}
+
 TEST_F(PlantHandlersTest, ListsByPagesAndLeavesOutWhatOnlyTheFullViewHas) {
   v1::CreateMachineRequest machine = SampleMachine();
   for (const char* id : {"m2", "m1", "m3"}) {
@@ -133,6 +160,18 @@ TEST_F(PlantHandlersTest, ABladeIsInTheRecordAndRecalledByItsPart) {
   ASSERT_TRUE(of_blade.ok()) << of_blade.status();
   EXPECT_EQ(of_blade->blade().part(), "parts/vane");
   EXPECT_THAT(of_blade->entries(0).inputs(), ElementsAre("parts/vane@1"));
+  record.add_kinds("inspection");
+  EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::GetBladeRecord, record)->entries_size(), 0);
+  record.set_kinds(0, "inspections");
+  EXPECT_THAT(std::string(Call(*record_stub_, &v1::RecordService::Stub::GetBladeRecord, record).status().message()),
+              HasSubstr("kinds[0]: inspections"));
+  record.clear_kinds();
+  *record.mutable_recorded()->mutable_until() = of_blade->entries(0).recorded_at();
+  EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::GetBladeRecord, record)->entries_size(), 0);
+  *record.mutable_recorded()->mutable_from() = of_blade->entries(0).recorded_at();
+  record.mutable_recorded()->mutable_until()->set_seconds(of_blade->entries(0).recorded_at().seconds() - 1);
+  EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::GetBladeRecord, record).status().code(),
+            absl::StatusCode::kInvalidArgument);
   v1::RecallRequest recall;
   recall.set_name("parts/vane");
   EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::Recall, recall)->entries(0).name(), "blades/sn1");

@@ -115,8 +115,10 @@ class WebhookTest : public ::testing::Test {
     options.longest_pause = 200ms;
     options.between_looks = 50ms;
     options.post.patience = 1s;
-    auto sender = std::make_unique<WebhookSender>(database_of_plant_.get(), pages, events_->tail(), options);
-    service_ = std::make_unique<WebhookService>(database_of_plant_.get(), pages, std::move(sender));
+    const auto webhooks = storage::WebhooksIn(database_of_plant_.get());
+    auto sender = std::make_unique<WebhookSender>(webhooks, storage::WebhookDeliveriesIn(database_of_plant_.get()),
+                                                  pages, events_->tail(), options);
+    service_ = std::make_unique<WebhookService>(webhooks, pages, std::move(sender));
     server_ = std::make_unique<testing::InProcessServer>(std::vector<grpc::Service*>{service_.get()});
     stub_ = v1::WebhookService::NewStub(server_->Connect());
   }
@@ -140,14 +142,7 @@ class WebhookTest : public ::testing::Test {
     EXPECT_TRUE(got.ok()) << got.status();
     return got.ok() ? *got : v1::Webhook();
   }
-  // Of what was taken: the names, message by message.
-  static std::vector<std::string> Taken(const HttpReceiver& receiver) {
-    std::vector<std::string> names;
-    for (const HttpReceiver::Posted& posted : receiver.posted())
-      if (posted.answered < 300)
-        for (const auto& event : nlohmann::json::parse(posted.body)) names.push_back(event["subject"]);
-    return names;
-  }
+  static std::vector<std::string> Taken(const HttpReceiver& receiver) { return testing::TakenSubjects(receiver); }
 
   testing::ThrowawayDatabase database_;
   std::unique_ptr<storage::Database> database_of_plant_;

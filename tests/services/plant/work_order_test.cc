@@ -111,6 +111,20 @@ TEST_F(WorkOrders, WhatIsRecordedCarriesTheOneOfThen) {
   EXPECT_THAT(Names("4711", "0030"), ElementsAre("assignment", "registrations/r2"));
   EXPECT_THAT(Names("4790", "", {"registration"}), ElementsAre("registrations/r3"));
   EXPECT_THAT(Names("4712"), IsEmpty());
+  v1::ListRecordEntriesRequest span;
+  span.set_work_order("4711");
+  v1::GetRecordEntryRequest second;
+  second.set_name("registrations/r2");
+  const auto at = Call(*record_stub_, &v1::RecordService::Stub::GetRecordEntry, second);
+  ASSERT_TRUE(at.ok()) << at.status();
+  *span.mutable_recorded()->mutable_from() = at->recorded_at();
+  const auto later = Call(*record_stub_, &v1::RecordService::Stub::ListRecordEntries, span);
+  ASSERT_TRUE(later.ok()) << later.status();
+  ASSERT_EQ(later->entries_size(), 2);
+  EXPECT_EQ(later->entries(0).name(), "registrations/r2");
+  span.mutable_recorded()->mutable_until()->set_seconds(at->recorded_at().seconds() - 1);
+  EXPECT_EQ(Call(*record_stub_, &v1::RecordService::Stub::ListRecordEntries, span).status().code(),
+            absl::StatusCode::kInvalidArgument);
 }
 
 TEST_F(WorkOrders, BladesAreFoundByTheOneThatWasAssignedLast) {

@@ -19,10 +19,10 @@
 
 #include "services/runtime/credentials.h"
 #include "sixpoint/ingest/v1/ingest.grpc.pb.h"
-#include "storage/denials.h"
 #include "storage/migrate.h"
 #include "tests/services/runtime/raw_connection.h"
 #include "tests/support/https_get.h"
+#include "tests/support/newest_denials.h"
 #include "tests/support/plant_certificates.h"
 #include "tests/support/throwaway_database.h"
 
@@ -179,7 +179,7 @@ TEST_F(ObservationTest, WhoMayLookIsJudgedAtEachRequest) {
   const auto kept = [this] {
     auto transaction = database_->database()->Begin(sixpoint::testing::Soon());
     std::vector<std::string> texts;
-    const auto rows = storage::NewestDenials(*transaction, 100);
+    const auto rows = sixpoint::testing::NewestDenials(*transaction, 100);
     EXPECT_TRUE(rows.ok()) << rows.status();
     if (!rows.ok()) return texts;
     for (const storage::Denial& each : *rows) texts.push_back(each.method + " " + each.caller + " " + each.reason);
