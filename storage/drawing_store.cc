@@ -7,7 +7,7 @@ namespace sixpoint::storage {
 std::shared_ptr<DrawingStore> DrawingsIn(Database* database) {
   using Drawings = PostgresRevisions<DrawingRow>;
   return std::make_shared<Drawings>(
-      database, Drawings::Statements{InsertDrawing, FindDrawing, ListDrawingIds, FindListedDrawing});
+      database, Drawings::Statements{InsertDrawing, FindDrawing, ListDrawingIds, FindListedDrawing, FindDrawing});
 }
 
 }  // namespace sixpoint::storage

@@ -58,11 +58,11 @@ absl::StatusOr<ProofPage> ReadProofPage(Transaction& transaction, const ProofQue
 absl::StatusOr<CheckedLeaves> ReadChecked(Transaction& transaction, ledger::LeafSpan span,
                                           std::int64_t after_sequence) {
   absl::StatusOr<LedgerSlice> slice = CheckSlice(transaction, span, after_sequence);
+  if (!slice.ok()) return slice.status();
   absl::StatusOr<std::vector<KeptHead>> heads = ReadHeads(transaction, span.begin, span.end);
   absl::StatusOr<std::vector<LedgerNode>> nodes = ReadNodes(transaction, span);
   if (!heads.ok()) return heads.status();
   if (!nodes.ok()) return nodes.status();
-  if (!slice.ok()) return slice.status();
   return CheckedLeaves{*std::move(slice), *std::move(heads), *std::move(nodes)};
 }
 

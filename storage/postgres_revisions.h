@@ -34,8 +34,10 @@ class PostgresRevisions final : public RevisionStore<Row> {
     // As ListRegistered.
     absl::StatusOr<std::vector<std::string>> (*list)(Transaction&, const RegisteredFilter& filter,
                                                      const std::string& after, int limit);
-    // As find, of what a list has of it that is not full; none: find.
+    // As find, of what a list has of it; none: find.
     absl::StatusOr<std::optional<Row>> (*find_listed)(Transaction&, const std::string& id, int revision) = nullptr;
+    // The same of a full list; none: find_listed.
+    absl::StatusOr<std::optional<Row>> (*find_in_full)(Transaction&, const std::string& id, int revision) = nullptr;
   };
   PostgresRevisions(Database* database, const Statements& statements) : database_(database), statements_(statements) {}
 
@@ -47,7 +49,8 @@ class PostgresRevisions final : public RevisionStore<Row> {
     return OneRead(*database_, deadline, [&](Transaction& t) -> absl::StatusOr<std::vector<Row>> {
       const absl::StatusOr<std::vector<std::string>> ids = statements_.list(t, filter, after, limit);
       if (!ids.ok()) return ids.status();
-      const auto find = filter.full || statements_.find_listed == nullptr ? statements_.find : statements_.find_listed;
+      auto find = statements_.find_listed == nullptr ? statements_.find : statements_.find_listed;
+      if (filter.full && statements_.find_in_full != nullptr) find = statements_.find_in_full;
       std::vector<Row> rows;
       for (const std::string& id : *ids) {
         absl::StatusOr<std::optional<Row>> row = find(t, id, 0);

@@ -360,6 +360,7 @@ absl::StatusOr<AllowanceFit> FitWithAllowance(const Surface& surface, const std:
                                               const MachineCalibration& calibration, const FitOptions& options) {
   if (absl::Status status = Check(allowance); !status.ok()) return status;
   if (absl::Status status = CheckInputs(portions, zero_from_part, options); !status.ok()) return status;
+  if (absl::Status status = CheckCovariances(calibration); !status.ok()) return status;
   const double least_patch_mm = std::sqrt(surface.area_mm2() / kMostPatches);
   if (!(allowance.patch_mm >= least_patch_mm))
     return Refuse("allowance.patch_mm", allowance.patch_mm,

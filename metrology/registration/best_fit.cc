@@ -381,6 +381,7 @@ absl::StatusOr<PoseFit> FitToSurface(const Surface& surface, const std::vector<S
                                      const Isometry3d& zero_from_part_nominal, const MachineCalibration& calibration,
                                      const FitOptions& options) {
   if (const absl::Status status = CheckInputs(portions, zero_from_part_nominal, options); !status.ok()) return status;
+  if (const absl::Status status = CheckCovariances(calibration); !status.ok()) return status;
   std::size_t count = 0;
   for (const ScanPortion& portion : portions) count += portion.sensor.size();
   if (count >= kManyPoints) surface.PrepareNear(options.thread_count);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "metrology/linear_algebra/symmetric.h"
+#include "metrology/statistics/standard_deviation.h"
 
 namespace sixpoint::metrology {
 namespace {
@@ -77,7 +78,7 @@ void FormPull::Add(const FittedPoint& point) {
 Matrix6d FormPull::Root(const Matrix6d& solver, double seen_mm, double least_mm) const {
   const double explained_mm2 =
       (mapping_squares_ - (mapping_pull_.transpose() * solver * mapping_pull_).trace()) / weight_;
-  const double beyond_mm = std::sqrt(std::max(0.0, seen_mm * seen_mm - explained_mm2));
+  const double beyond_mm = StandardDeviation(seen_mm * seen_mm - explained_mm2);
   Matrix6d mean = Matrix6d::Zero();  // over the lengths
   for (int length = 0; length < FormDraws::kLengthCount; ++length) {
     Matrix6d covariance = Matrix6d::Zero();

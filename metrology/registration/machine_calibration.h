@@ -1,6 +1,8 @@
 // The calibrations in force, with what is known of their errors.
 #pragma once
 
+#include <absl/status/status.h>
+
 #include <limits>
 #include <string>
 #include <vector>
@@ -32,6 +34,8 @@ struct MachineCalibration {
   }
 };
 
+// INVALID_ARGUMENT: a covariance that is no number was never computed.
+absl::Status CheckCovariances(const MachineCalibration& calibration);
 // What the two calibrations' own noise is, and all further ones.
 std::vector<ErrorSource> SourcesOf(const MachineCalibration& calibration);
 CalibrationCovariance CovarianceOf(const MachineCalibration& calibration);

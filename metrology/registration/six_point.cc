@@ -96,6 +96,7 @@ absl::StatusOr<PoseFit> FitSixPoints(const Surface& surface, const std::vector<S
                                      SixPointVariant variant, const MachineCalibration& calibration,
                                      const FitOptions& options) {
   if (const absl::Status status = Check(surface, datums); !status.ok()) return status;
+  if (const absl::Status status = CheckCovariances(calibration); !status.ok()) return status;
   if (!best_fit.placed) return best_fit;
   const Vector3d reference = best_fit.placed->covariance.reference_mm;
   const double radius = surface.radius_of_gyration_mm();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "metrology/kinematics/axis_line.h"
 #include "metrology/linear_algebra/symmetric.h"
@@ -25,6 +26,9 @@ ErrorSource OfLinearAxes(const std::string& name, const Eigen::MatrixXd& draws, 
 
 // The square root of a covariance: columns whose products are it.
 Eigen::MatrixXd RootOf(const Eigen::MatrixXd& covariance) {
+  // One that was never computed has no root: its directions would look like ones without variance, and be left out.
+  if (!covariance.allFinite())
+    return Eigen::MatrixXd::Constant(covariance.rows(), covariance.cols(), std::numeric_limits<double>::quiet_NaN());
   // In units in which all variances are 1, so that an angle's is not lost beside a length's.
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::VectorXd inverse = sigma.unaryExpr([](double s) { return s > 0 ? 1 / s : 0; });

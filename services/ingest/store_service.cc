@@ -86,7 +86,8 @@ grpc::Status CloudStoreService::CheckStore(grpc::ServerContext* context, const v
   const absl::Status checked = blobs_->Check(options, from, runtime::DeadlineOf(*context));
   const bool complete = checked.ok() && options.keep_going();
   progress.Finish(complete);
-  if (!checked.ok() || complete) return ToGrpc(checked.ok() ? progress.status() : checked);
+  if (!progress.status().ok()) return ToGrpc(progress.status());
+  if (!checked.ok() || complete) return ToGrpc(checked);
   return ToGrpc(runtime::Stopped(*context, "go on from after_sha256"));
 }
 

@@ -77,8 +77,13 @@ absl::StatusOr<v1::Account> AccountService::Changed(const grpc::ServerContext& c
                                                     AccountEvent event, bool ends_sessions,
                                                     const storage::AccountChange& change) {
   if (absl::Status status = CheckName(name); !status.ok()) return status;
+  // What cannot be told is not changed either.
+  const auto told = [&](AccountRow* row) -> absl::StatusOr<bool> {
+    if (absl::Status known = AccountOf(*row).status(); !known.ok()) return known;
+    return change(row);
+  };
   const absl::StatusOr<std::optional<AccountRow>> account =
-      accounts_->Change(name, change, {event, ends_sessions, runtime::RequestedBy(context)}, StillWantedBy(context),
+      accounts_->Change(name, told, {event, ends_sessions, runtime::RequestedBy(context)}, StillWantedBy(context),
                         runtime::DeadlineOf(context));
   if (!account.ok()) return account.status();
   return account->has_value() ? AccountOf(**account) : NotFound(name);

@@ -83,14 +83,14 @@ absl::Status LedgerSealer::SealAll() {
 }
 
 // The tree must begin as it did when the last head was sent out.
-absl::Status LedgerSealer::CheckAgainst(const ledger::Head& last, std::int64_t size) {
+absl::Status LedgerSealer::CheckAgainst(const ledger::Head& last, std::int64_t size, storage::Deadline deadline) {
   if (last.tree_size == 0) return absl::OkStatus();
   const std::string sent =
       "the head of " + std::to_string(last.tree_size) + " entries that was sent out at " + last.signed_at;
   if (size < last.tree_size)
     return absl::FailedPreconditionError("the database holds " + std::to_string(size) + " leaves, want those of " +
                                          sent + ": entries were cut off, or the database was set back");
-  const absl::StatusOr<ledger::Hash> root = ledger_->Root(last.tree_size, Soon());
+  const absl::StatusOr<ledger::Hash> root = ledger_->Root(last.tree_size, deadline);
   if (!root.ok()) return root.status();
   if (*root == last.root) return absl::OkStatus();
   return absl::FailedPreconditionError("the leaves have another root than " + sent + ": they were rewritten");
@@ -98,22 +98,23 @@ absl::Status LedgerSealer::CheckAgainst(const ledger::Head& last, std::int64_t s
 
 absl::Status LedgerSealer::SignHead() {
   if (!key_) return absl::NotFoundError("no key, want --ledger-key");
-  const absl::StatusOr<storage::LedgerEnd> end = ledger_->End(Soon());
+  const storage::Deadline deadline = Soon();  // of all of it: who ends the process waits once
+  const absl::StatusOr<storage::LedgerEnd> end = ledger_->End(deadline);
   if (!end.ok()) return end.status();
   absl::StatusOr<ledger::Head> last = ledger::Head();
   if (!options_.heads_file.empty()) last = ledger::LastHead(options_.heads_file);
   if (!last.ok()) return last.status();
-  if (absl::Status agrees = CheckAgainst(*last, end->size); !agrees.ok()) return agrees;
-  const absl::StatusOr<std::optional<storage::KeptHead>> newest = ledger_->NewestHead(Soon());
+  if (absl::Status agrees = CheckAgainst(*last, end->size, deadline); !agrees.ok()) return agrees;
+  const absl::StatusOr<std::optional<storage::KeptHead>> newest = ledger_->NewestHead(deadline);
   if (!newest.ok()) return newest.status();
   // Where heads are sent out, those tell what is new: what the database says of it may be anything.
   const std::int64_t kept_size = newest->has_value() ? (*newest)->head.tree_size : 0;
   const bool is_new = end->size > (options_.heads_file.empty() ? kept_size : last->tree_size);
-  if (!is_new && last->tree_size > kept_size) return ledger_->KeepHead({*last, key_->public_pem()}, Soon());
+  if (!is_new && last->tree_size > kept_size) return ledger_->KeepHead({*last, key_->public_pem()}, deadline);
   if (!is_new) return absl::OkStatus();
-  const absl::StatusOr<ledger::Hash> root = ledger_->Root(end->size, Soon());
+  const absl::StatusOr<ledger::Hash> root = ledger_->Root(end->size, deadline);
   if (!root.ok()) return root.status();
-  const absl::StatusOr<std::string> plant = ledger_->PlantId(Soon());
+  const absl::StatusOr<std::string> plant = ledger_->PlantId(deadline);
   if (!plant.ok()) return plant.status();
   ledger::Head head;
   head.plant_id = *plant;
@@ -126,7 +127,7 @@ absl::Status LedgerSealer::SignHead() {
   // Out first: what the database keeps is only what was sent.
   if (!options_.heads_file.empty())
     if (absl::Status sent = ledger::AppendHead(options_.heads_file, *signed_head); !sent.ok()) return sent;
-  return ledger_->KeepHead({*signed_head, key_->public_pem()}, Soon());
+  return ledger_->KeepHead({*signed_head, key_->public_pem()}, deadline);
 }
 
 }  // namespace sixpoint::plant

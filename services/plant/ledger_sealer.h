@@ -39,7 +39,7 @@ class LedgerSealer {
   void Run();
   bool Ready();
   bool KeepGoing();
-  absl::Status CheckAgainst(const ledger::Head& last, std::int64_t size);
+  absl::Status CheckAgainst(const ledger::Head& last, std::int64_t size, storage::Deadline deadline);
 
   const LedgerSealerOptions options_;
   const std::shared_ptr<storage::LedgerStore> ledger_;

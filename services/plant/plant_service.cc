@@ -54,8 +54,9 @@ absl::Status ListBladesOf(const storage::BladeReader& reader, const grpc::Server
   if (!page.ok()) return page.status();
   const auto listed = reader.List(filter, page->after_id, page->size + 1, runtime::DeadlineOf(context));
   if (!listed.ok()) return listed.status();
-  absl::Status added =
-      AddIdPage(listed->blades, page->size, filters, response->mutable_blades(), response->mutable_next_page_token());
+  absl::Status added = AddIdPage(
+      listed->blades, page->size, filters, [](const storage::BladeRow& row) { return ToProto(row); },
+      response->mutable_blades(), response->mutable_next_page_token());
   if (!added.ok()) return added;
   if (response->next_page_token().empty() && !listed->looked_upto.empty())
     response->set_next_page_token(runtime::TokenAfterId(filters, listed->looked_upto));

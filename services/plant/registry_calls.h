@@ -69,11 +69,10 @@ grpc::Status Get(absl::StatusOr<Row> row, Response* response) {
 }
 
 // A page of rows by id, of which one more than its size was read.
-template <typename Row, typename Message>
-absl::Status AddIdPage(const std::vector<Row>& rows, int size, const std::string& filters,
+template <typename Row, typename Message, typename MessageOf>
+absl::Status AddIdPage(const std::vector<Row>& rows, int size, const std::string& filters, const MessageOf& message_of,
                        google::protobuf::RepeatedPtrField<Message>* out, std::string* next_page_token) {
-  const absl::StatusOr<const Row*> last = runtime::AddPage(
-      rows, size, [](const Row& row) { return ToProto(row); }, out);
+  const absl::StatusOr<const Row*> last = runtime::AddPage(rows, size, message_of, out);
   if (!last.ok()) return last.status();
   if (*last != nullptr)
     *next_page_token = runtime::TokenAfterId(filters, runtime::LastSegment(out->Get(out->size() - 1).name()));
@@ -117,11 +116,13 @@ absl::Status ListNewest(const storage::RevisionReader<Row>& reader, const grpc::
   const absl::StatusOr<std::vector<Row>> rows =
       reader.List(filter, page->after_id, page->size + 1, runtime::DeadlineOf(context));
   if (!rows.ok()) return rows.status();
-  if (absl::Status status = AddIdPage(*rows, page->size, filters, out, next_page_token); !status.ok()) return status;
-  if constexpr (HasView<Request>::value)
-    if (!full)
-      for (Message& message : *out) LeaveBasic(&message);
-  return absl::OkStatus();
+  const auto message_of = [full](const Row& row) {
+    absl::StatusOr<Message> message = ToProto(row);
+    if constexpr (HasView<Request>::value)
+      if (message.ok() && !full) LeaveBasic(&*message);
+    return message;
+  };
+  return AddIdPage(*rows, page->size, filters, message_of, out, next_page_token);
 }
 
 }  // namespace sixpoint::plant

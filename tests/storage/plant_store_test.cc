@@ -363,14 +363,18 @@ TEST(PlantStore, AMachiningModelIsOfOnePartAndKeepsItsTemplate) {
     EXPECT_THAT((*newest)->work_offsets, IsEmpty());
     // Another part's it never becomes.
     EXPECT_EQ(record(Model("edm", "p2")).status().code(), absl::StatusCode::kAlreadyExists);
-    const auto listed = plant.machining_models->List({}, "", 10, Soon());
-    ASSERT_EQ(listed->size(), 1u);
-    EXPECT_EQ(listed->front().revision, 2);
-    EXPECT_EQ(listed->front().nc_template, "");
-    ASSERT_EQ(listed->front().operations.size(), 3u);
-    ASSERT_EQ(listed->front().operations[2].paths.size(), 2u);
-    EXPECT_EQ(listed->front().operations[2].paths[1].path, "F2");
-    EXPECT_THAT(listed->front().operations[2].paths[1].tips_in_part_mm, IsEmpty());
+    for (const bool full : {false, true}) {
+      RegisteredFilter all;
+      all.full = full;
+      const auto listed = plant.machining_models->List(all, "", 10, Soon());
+      ASSERT_EQ(listed->size(), 1u);
+      EXPECT_EQ(listed->front().revision, 2);
+      EXPECT_EQ(listed->front().nc_template, "") << "no list has it";
+      ASSERT_EQ(listed->front().operations.size(), 3u);
+      ASSERT_EQ(listed->front().operations[2].paths.size(), 2u);
+      EXPECT_EQ(listed->front().operations[2].paths[1].path, "F2");
+      EXPECT_THAT(listed->front().operations[2].paths[1].tips_in_part_mm, IsEmpty());
+    }
     const auto entry = plant.journal->FindEntry("machining_models/edm@2", Soon());
     ASSERT_TRUE(entry.ok() && entry->has_value());
     EXPECT_EQ((*entry)->entry.kind, "machining_model");

@@ -143,6 +143,10 @@ TEST(BestFit, RefusesWhatCannotBeFitted) {
   EXPECT_EQ(
       FitToSurface(*BladeSurface(), {PortionAtZero(many)}, start, MachineCalibration::Exact(), {}).status().code(),
       absl::StatusCode::kInvalidArgument);
+  const absl::Status never_made =
+      FitToSurface(*BladeSurface(), {PortionAtZero(many)}, StartPose(), MachineCalibration(), {}).status();
+  EXPECT_EQ(never_made.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(never_made.message().find("calibration.sensor.covariance: no number"), std::string::npos) << never_made;
   FitOptions stopped;
   stopped.keep_going = [] { return false; };
   EXPECT_EQ(FitToSurface(*BladeSurface(), {PortionAtZero(many)}, StartPose(), MachineCalibration::Exact(), stopped)

@@ -175,5 +175,12 @@ TEST(ErrorSource, AnArmsSwingsAddForThePose) {
   EXPECT_LT((PoseCovarianceOf(acting) - 2 * Matrix6d::Identity() * 4e-6).norm(), 1e-15);
 }
 
+// What was never computed has no draws that could be forgotten.
+TEST(ErrorSource, OfNoNumberIsNone) {
+  EXPECT_FALSE(SourceOf("x", NotYet<CalibrationCovariance>()).parameters_per_sigma.allFinite());
+  EXPECT_GT(SourceOf("x", NotYet<CalibrationCovariance>()).parameters_per_sigma.cols(), 0);
+  EXPECT_FALSE(SensorCalibrationSource(SensorPose().covariance, 10, "c").parameters_per_sigma.allFinite());
+}
+
 }  // namespace
 }  // namespace sixpoint::metrology

@@ -8,6 +8,7 @@ import { View } from '#proto/sixpoint/list/v1/list_pb';
 import { useAsked } from '../plant/asked';
 import { client } from '../plant/clients';
 import { useMay } from '../plant/may';
+import { firstRows } from '../plant/paged';
 import { refusalOf } from '../plant/refusal';
 import { newRequestId } from '../plant/request_id';
 import { vectorOf } from '../scene/frames';
@@ -79,7 +80,10 @@ export function Deviation({ facts }: { facts: BladeFacts }) {
   const blade = facts.blade.name, of = facts.after ?? facts.before;
   const may = useMay(DeviationService.method.listDeviationMaps), mayMap = useMay(DeviationService.method.mapDeviation);
   const [doing, setDoing] = useState(''), [picked, setPicked] = useState(0);
-  const asked = useAsked([blade, may], async (signal) => (may ? (await client(DeviationService).listDeviationMaps({ blade, pageSize: 20, view: View.FULL }, { signal })).deviations : []),
+  const asked = useAsked([blade, may], async (signal) => (may ? firstRows(20, async (pageToken, pageSize) => {
+    const page = await client(DeviationService).listDeviationMaps({ blade, pageSize, pageToken, view: View.FULL }, { signal });
+    return { rows: page.deviations, nextPageToken: page.nextPageToken };
+  }) : []),
     ({ entry }) => entry?.kind === 'deviation' && entry.blade === blade);
   if (!may) return null;
   const compare = async () => {

@@ -12,6 +12,7 @@ import { PlantService } from '#proto/sixpoint/plant/v1/plant_pb';
 import { useAsked } from '../plant/asked';
 import { client } from '../plant/clients';
 import { useMay } from '../plant/may';
+import { firstRows } from '../plant/paged';
 import { kindWord, parameterName } from '../words/calibration';
 import { alarmPage, alarmWord, calibrationWord, doingOf, isUrgent, parameterWords } from '../words/machine';
 import { idOf, pageOf, shortId, withoutRevision } from '../words/name';
@@ -30,11 +31,14 @@ import { MachineView } from './machine_view';
 type Facts = { machine: Machine; inForce: Calibration[] };
 
 async function factsOf(name: string, signal: AbortSignal): Promise<Facts> {
-  const [machine, page] = await Promise.all([
+  const [machine, inForce] = await Promise.all([
     client(PlantService).getMachine({ name }, { signal }),
-    client(CalibrationService).listCalibrations({ machine: name, state: CalibrationState.IN_FORCE, view: View.FULL, pageSize: 50 }, { signal }),
+    firstRows(50, async (pageToken, pageSize) => {
+      const page = await client(CalibrationService).listCalibrations({ machine: name, state: CalibrationState.IN_FORCE, view: View.FULL, pageSize, pageToken }, { signal });
+      return { rows: page.calibrations, nextPageToken: page.nextPageToken };
+    }),
   ]);
-  return { machine, inForce: page.calibrations };
+  return { machine, inForce };
 }
 
 const kJoints: Column<Joint & { side: string }>[] = [
@@ -169,7 +173,10 @@ const kChecks: Column<Study>[] = [
 
 function Checks({ name }: { name: string }) {
   const may = useMay(StudyService.method.listStudies);
-  const asked = useAsked([name, may], async (signal) => (may ? (await client(StudyService).listStudies({ machine: name, kind: StudyKind.INTERIM_CHECK, pageSize: 20, view: View.FULL }, { signal })).studies : []), ({ entry }) => entry?.kind === 'study');
+  const asked = useAsked([name, may], async (signal) => (may ? firstRows(20, async (pageToken, pageSize) => {
+    const page = await client(StudyService).listStudies({ machine: name, kind: StudyKind.INTERIM_CHECK, pageSize, pageToken, view: View.FULL }, { signal });
+    return { rows: page.studies, nextPageToken: page.nextPageToken };
+  }) : []), ({ entry }) => entry?.kind === 'study');
   // A link leads here before there is anything.
   useEffect(() => { if (asked.value && location.hash === '#checks') document.getElementById('checks')?.scrollIntoView(); }, [asked.value !== undefined]);
   return (

@@ -9,6 +9,7 @@ import { Method } from '#proto/sixpoint/registration/v1/method_pb';
 import { useAsked } from '../plant/asked';
 import { client } from '../plant/clients';
 import { useMay } from '../plant/may';
+import { firstRows } from '../plant/paged';
 import { pageOf, personOf, shortId } from '../words/name';
 import { count, number, percent } from '../words/quantity';
 import { dateOf, full } from '../words/time';
@@ -66,7 +67,10 @@ function Left({ pass, part }: { pass: MachiningPass; part: Part | undefined }) {
 export function Passes({ facts }: { facts: BladeFacts }) {
   const blade = facts.blade.name, may = useMay(MachiningPassService.method.listMachiningPasses);
   const [picked, setPicked] = useState(0);
-  const asked = useAsked([blade, may], async (signal) => (may ? (await client(MachiningPassService).listMachiningPasses({ blade, pageSize: 20, view: View.FULL }, { signal })).machiningPasses : []),
+  const asked = useAsked([blade, may], async (signal) => (may ? firstRows(20, async (pageToken, pageSize) => {
+    const page = await client(MachiningPassService).listMachiningPasses({ blade, pageSize, pageToken, view: View.FULL }, { signal });
+    return { rows: page.machiningPasses, nextPageToken: page.nextPageToken };
+  }) : []),
     ({ entry }) => entry?.kind === 'machining_pass' && entry.blade === blade);
   if (!may || hasNone(asked)) return null;
   return (

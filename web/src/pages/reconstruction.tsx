@@ -8,6 +8,7 @@ import { Method } from '#proto/sixpoint/registration/v1/method_pb';
 import { useAsked } from '../plant/asked';
 import { client } from '../plant/clients';
 import { useMay } from '../plant/may';
+import { firstRows } from '../plant/paged';
 import { refusalOf } from '../plant/refusal';
 import { newRequestId } from '../plant/request_id';
 import { vectorOf } from '../scene/frames';
@@ -113,7 +114,10 @@ export function Reconstruction({ facts }: { facts: BladeFacts }) {
   const blade = facts.blade.name, of = facts.before ?? facts.after, part = facts.part;
   const may = useMay(ReconstructionService.method.listReconstructions), mayMake = useMay(ReconstructionService.method.reconstruct);
   const [doing, setDoing] = useState(''), [picked, setPicked] = useState(0);
-  const asked = useAsked([blade, may], async (signal) => (may ? (await client(ReconstructionService).listReconstructions({ blade, pageSize: 20, view: View.FULL }, { signal })).reconstructions : []),
+  const asked = useAsked([blade, may], async (signal) => (may ? firstRows(20, async (pageToken, pageSize) => {
+    const page = await client(ReconstructionService).listReconstructions({ blade, pageSize, pageToken, view: View.FULL }, { signal });
+    return { rows: page.reconstructions, nextPageToken: page.nextPageToken };
+  }) : []),
     ({ entry }) => entry?.kind === 'reconstruction' && entry.blade === blade);
   if (!may || !part || part.shapeRegions.length === 0) return null;
   const make = async (limits: Map<string, Limits>) => {

@@ -8,6 +8,7 @@ import { Method } from '#proto/sixpoint/registration/v1/method_pb';
 import { useAsked } from '../plant/asked';
 import { client } from '../plant/clients';
 import { useMay } from '../plant/may';
+import { firstRows } from '../plant/paged';
 import { pageOf, personOf, shortId } from '../words/name';
 import { count, number } from '../words/quantity';
 import { dateOf, full } from '../words/time';
@@ -62,7 +63,10 @@ function Plan({ plan, part }: { plan: Planned; part: Part | undefined }) {
 export function Repair({ facts }: { facts: BladeFacts }) {
   const blade = facts.blade.name, may = useMay(RepairService.method.listRepairs);
   const [picked, setPicked] = useState(0);
-  const asked = useAsked([blade, may], async (signal) => (may ? (await client(RepairService).listRepairs({ blade, pageSize: 20, view: View.FULL }, { signal })).repairs : []),
+  const asked = useAsked([blade, may], async (signal) => (may ? firstRows(20, async (pageToken, pageSize) => {
+    const page = await client(RepairService).listRepairs({ blade, pageSize, pageToken, view: View.FULL }, { signal });
+    return { rows: page.repairs, nextPageToken: page.nextPageToken };
+  }) : []),
     ({ entry }) => entry?.kind === 'repair' && entry.blade === blade);
   if (!may || hasNone(asked)) return null;
   return (

@@ -15,6 +15,18 @@ export type Paged<T> = {
   again: () => void;
 };
 
+// The first `most` rows, or all there are: a page may have fewer than were asked for.
+export async function firstRows<T>(most: number, fetchPage: (pageToken: string, pageSize: number) => Promise<Page<T>>): Promise<T[]> {
+  const rows: T[] = [];
+  let pageToken = '';
+  do {
+    const page = await fetchPage(pageToken, most - rows.length);
+    rows.push(...page.rows);
+    pageToken = page.nextPageToken;
+  } while (pageToken !== '' && rows.length < most);
+  return rows;
+}
+
 type State<T> = { rows: T[] | undefined; next: string; pageCount: number; isAsking: boolean; refusal: Refusal | undefined };
 const kLeastPauseMs = 400;
 
