@@ -48,7 +48,7 @@ std::string RecordText(const plant::v1::BladeRecord& record) {
                   entry.method(), OrderText(entry.work_order(), entry.operation()), std::to_string(entry.inputs_size()),
                   SummaryText(MessageToJson(entry.summary()))});
   }
-  return BladeText(record.blade()) + (table.empty() ? "nothing recorded yet\n" : table.ToText());
+  return BladeText(record.blade()) + (table.empty() ? "nothing recorded of that\n" : table.ToText());
 }
 
 }  // namespace
