@@ -7,9 +7,6 @@
 namespace sixpoint::storage {
 namespace {
 
-// For what is done after a call, whoever is gone.
-constexpr auto kWantedAnyway = [] { return true; };
-
 // As InsertAccount, with its event.
 absl::Status MakeAccount(Transaction& t, const AccountRow& account, const std::string& requested_by) {
   const absl::StatusOr<bool> inserted = InsertAccount(t, account);
@@ -170,11 +167,11 @@ class PostgresAccounts final : public AccountStore {
                     [&](Transaction& t) { return storage::SignInWentWell(t, counted.counters, counted.counted_at); });
   }
   absl::Status GiveSignInBack(const CountedSignIn& counted, Deadline deadline) override {
-    return OneWrite(*database_, deadline, kWantedAnyway,
+    return OneWrite(*database_, deadline,
                     [&](Transaction& t) { return storage::GiveSignInBack(t, counted.counters, counted.counted_at); });
   }
   absl::Status ForgetSignInFailures(Deadline deadline) override {
-    return OneWrite(*database_, deadline, kWantedAnyway, storage::ForgetSignInFailures);
+    return OneWrite(*database_, deadline, storage::ForgetSignInFailures);
   }
   absl::Status SignIn(const std::string& account, const SignInOrder& order, const StillWanted& still_wanted,
                       Deadline deadline) override {

@@ -75,9 +75,6 @@ auto OfLedger(const Work& work) {
   };
 }
 
-// The sealer writes for nobody who could go away.
-bool IsAlwaysWanted() { return true; }
-
 class PostgresLedger final : public LedgerStore {
  public:
   explicit PostgresLedger(Database* database) : database_(database) {}
@@ -124,12 +121,10 @@ class PostgresLedger final : public LedgerStore {
                    OfLedger([&](Transaction& t) { return storage::CheckBlobSlice(t, after_sha256, limit); }));
   }
   absl::StatusOr<Sealed> Seal(std::int64_t limit, Deadline deadline) override {
-    return OneWrite(*database_, deadline, IsAlwaysWanted,
-                    OfLedger([&](Transaction& t) { return SealEntries(t, limit); }));
+    return OneWrite(*database_, deadline, OfLedger([&](Transaction& t) { return SealEntries(t, limit); }));
   }
   absl::Status KeepHead(const KeptHead& head, Deadline deadline) override {
-    return OneWrite(*database_, deadline, IsAlwaysWanted,
-                    OfLedger([&](Transaction& t) { return storage::KeepHead(t, head); }));
+    return OneWrite(*database_, deadline, OfLedger([&](Transaction& t) { return storage::KeepHead(t, head); }));
   }
 
  private:

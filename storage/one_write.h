@@ -26,4 +26,11 @@ auto OneWrite(Database& database, Deadline deadline, const StillWanted& still_wa
   return done;
 }
 
+// The same of work that nobody waits for.
+template <typename Work>
+auto OneWrite(Database& database, Deadline deadline, const Work& work) -> decltype(work(std::declval<Transaction&>())) {
+  return OneWrite(
+      database, deadline, [] { return true; }, work);
+}
+
 }  // namespace sixpoint::storage

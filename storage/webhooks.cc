@@ -128,10 +128,7 @@ class PostgresDeliveries final : public WebhookDeliveries {
   explicit PostgresDeliveries(Database* database) : database_(database) {}
 
   absl::Status Save(const std::string& webhook_id, const WebhookDelivery& delivery, Deadline deadline) override {
-    // The sender's own work: nobody waits for it.
-    return OneWrite(
-        *database_, deadline, [] { return true; },
-        [&](Transaction& t) { return SaveDelivery(t, webhook_id, delivery); });
+    return OneWrite(*database_, deadline, [&](Transaction& t) { return SaveDelivery(t, webhook_id, delivery); });
   }
 
  private:

@@ -1,8 +1,7 @@
 #include "services/inspection/stored_verdict.h"
 
-#include <cstring>
-
 #include "exchange/verdicts.h"
+#include "services/runtime/contract_words.h"
 #include "services/runtime/errors.h"
 #include "services/runtime/stored_enum.h"
 
@@ -35,15 +34,12 @@ metrology::DecisionRule KernelRuleOf(const plant::v1::DecisionRule& rule) {
 }
 
 exchange::Verdict FileVerdictOf(v1::Verdict verdict) {
-  if (!v1::Verdict_IsValid(verdict)) return exchange::Verdict::kNotMeasured;
-  const std::string word = v1::Verdict_Name(verdict).substr(std::strlen("VERDICT_"));
-  return exchange::VerdictNamed(word).value_or(exchange::Verdict::kNotMeasured);
+  return exchange::VerdictNamed(runtime::WordOf(verdict)).value_or(exchange::Verdict::kNotMeasured);
 }
 
 absl::StatusOr<std::string> VerdictFilterOf(v1::Verdict verdict) {
   if (!v1::Verdict_IsValid(verdict)) return runtime::Refuse("verdict", std::to_string(verdict), "a verdict, or none");
-  if (verdict == v1::VERDICT_UNSPECIFIED) return std::string();
-  return v1::Verdict_Name(verdict).substr(std::strlen("VERDICT_"));
+  return runtime::WordOf(verdict);
 }
 
 }  // namespace sixpoint::inspection

@@ -12,6 +12,10 @@
 
 namespace sixpoint::runtime {
 
+inline absl::Status UnknownWord(const std::string& of, const std::string& name) {
+  return absl::DataLossError(of + ": its " + name + " is none that this release knows");
+}
+
 // The value of that name, by the enum's own X_Parse. DATA_LOSS where it has none: another release wrote it, or a hand.
 // of: whose it is, for the message.
 template <typename Enum>
@@ -19,7 +23,7 @@ absl::StatusOr<Enum> StoredEnum(bool (*parse)(const std::string&, Enum*), const 
                                 const std::string& of) {
   Enum value{};
   if (parse(name, &value)) return value;
-  return absl::DataLossError(of + ": its " + name + " is none that this release knows");
+  return UnknownWord(of, name);
 }
 
 // Reads the words of one row, where a message has many: the first that this release does not know is told at the end.
@@ -34,7 +38,7 @@ class StoredWords {
     const std::string name = PrefixOf<Enum>() + absl::AsciiStrToUpper(word);
     const auto* const named = google::protobuf::GetEnumDescriptor<Enum>()->FindValueByName(name);
     if (named != nullptr && named->number() != 0) return static_cast<Enum>(named->number());
-    if (status_.ok()) status_ = absl::DataLossError(of_ + ": its " + name + " is none that this release knows");
+    if (status_.ok()) status_ = UnknownWord(of_, name);
     return static_cast<Enum>(0);
   }
   // Nothing is UNSPECIFIED.
