@@ -214,8 +214,7 @@ absl::Status StateToProto(const storage::CalibrationRow& row, v1::Calibration* o
   if (row.interim) {
     v1::InterimState* interim = out->mutable_interim_check();
     interim->set_study(runtime::NameOf("studies", row.interim->study_id));
-    const auto verdict =
-        runtime::StoredEnum(v1::StudyVerdict_Parse, "STUDY_VERDICT_" + row.interim->verdict, interim->study());
+    const auto verdict = runtime::StoredEnum<v1::StudyVerdict>(row.interim->verdict, interim->study());
     if (!verdict.ok()) return verdict.status();
     interim->set_verdict(*verdict);
     if (row.interim->stood_until) runtime::ToProto(*row.interim->stood_until, interim->mutable_stood_until());

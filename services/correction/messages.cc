@@ -86,8 +86,7 @@ void AddControlTables(const storage::CorrectionRow& row, v1::Correction* correct
 
 absl::StatusOr<v1::Correction> ToProto(const storage::CorrectionRow& row) {
   v1::Correction correction;
-  const auto state = runtime::StoredEnum(v1::CorrectionState_Parse, "CORRECTION_STATE_" + row.state,
-                                         "correction " + row.correction_id);
+  const auto state = runtime::StoredEnum<v1::CorrectionState>(row.state, "correction " + row.correction_id);
   if (!state.ok()) return state.status();
   correction.set_state(*state);
   correction.set_name(runtime::NameOf("corrections", row.correction_id));

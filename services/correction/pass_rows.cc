@@ -94,12 +94,11 @@ absl::StatusOr<v1::MachiningPass> ToProto(const storage::MachiningPassRow& row) 
   out.set_reconstruction(runtime::NameOf("reconstructions", row.reconstruction_id));
   out.set_number(row.number);
   out.set_registration(runtime::NameOf("registrations", row.registration_id));
-  const auto method = runtime::StoredEnum(registration::v1::Method_Parse, "METHOD_" + row.method, what);
+  const auto method = runtime::StoredEnum<registration::v1::Method>(row.method, what);
   if (!method.ok()) return method.status();
   out.set_registration_method(*method);
   for (const std::string& scan : row.scan_ids) out.add_scans(runtime::NameOf("scans", scan));
-  const auto outcome =
-      runtime::StoredEnum(v1::MachiningPassOutcome_Parse, "MACHINING_PASS_OUTCOME_" + row.outcome, what);
+  const auto outcome = runtime::StoredEnum<v1::MachiningPassOutcome>(row.outcome, what);
   if (!outcome.ok()) return outcome.status();
   out.set_outcome(*outcome);
   out.set_remark(row.remark);

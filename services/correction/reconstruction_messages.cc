@@ -33,7 +33,7 @@ absl::Status Fill(const storage::ReconstructionRegionRow& row, const std::string
 
 absl::Status Fill(const storage::ReconstructionHoldRow& row, const storage::ReconstructionRow& of,
                   const std::string& what, v1::HoldingPlace* out) {
-  const auto limit = runtime::StoredEnum(v1::ShapeLimit_Parse, "SHAPE_LIMIT_" + row.limit_kind, what);
+  const auto limit = runtime::StoredEnum<v1::ShapeLimit>(row.limit_kind, what);
   if (!limit.ok()) return limit.status();
   runtime::SetPoint(row.place_in_part_mm, out->mutable_place_in_part_mm());
   runtime::SetDirection(row.normal_in_part, out->mutable_normal_in_part());
@@ -87,14 +87,13 @@ absl::StatusOr<v1::Reconstruction> ToProto(const storage::ReconstructionRow& row
   out.set_name(runtime::NameOf("reconstructions", row.reconstruction_id));
   out.set_blade(runtime::NameOf("blades", row.blade_serial));
   out.set_registration(runtime::NameOf("registrations", row.registration_id));
-  const auto method = runtime::StoredEnum(registration::v1::Method_Parse, "METHOD_" + row.method, what);
+  const auto method = runtime::StoredEnum<registration::v1::Method>(row.method, what);
   if (!method.ok()) return method.status();
   out.set_registration_method(*method);
   for (const std::string& scan : row.scan_ids) out.add_scans(runtime::NameOf("scans", scan));
   Fill(row.applied, out.mutable_method());
   out.set_of_part_limits(row.of_part_limits);
-  const auto outcome =
-      runtime::StoredEnum(v1::ReconstructionOutcome_Parse, "RECONSTRUCTION_OUTCOME_" + row.outcome, what);
+  const auto outcome = runtime::StoredEnum<v1::ReconstructionOutcome>(row.outcome, what);
   if (!outcome.ok()) return outcome.status();
   out.set_outcome(*outcome);
   out.set_remark(row.remark);

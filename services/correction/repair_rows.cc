@@ -160,7 +160,7 @@ void Fill(const storage::RepairMethodRow& row, v1::Repair* out) {
 
 absl::Status Fill(const storage::RepairSectionRow& row, const std::string& what, v1::RepairSection* out) {
   out->set_z_mm(row.z_mm);
-  const auto kind = runtime::StoredEnum(v1::RepairSectionKind_Parse, "REPAIR_SECTION_KIND_" + row.kind, what);
+  const auto kind = runtime::StoredEnum<v1::RepairSectionKind>(row.kind, what);
   if (!kind.ok()) return kind.status();
   out->set_kind(*kind);
   out->set_remark(row.remark);
@@ -236,13 +236,12 @@ absl::StatusOr<v1::Repair> ToProto(const storage::RepairRow& row) {
   out.set_name(runtime::NameOf("repairs", row.repair_id));
   out.set_blade(runtime::NameOf("blades", row.blade_serial));
   out.set_registration(runtime::NameOf("registrations", row.registration_id));
-  const auto method = runtime::StoredEnum(registration::v1::Method_Parse, "METHOD_" + row.method, what);
+  const auto method = runtime::StoredEnum<registration::v1::Method>(row.method, what);
   if (!method.ok()) return method.status();
   out.set_registration_method(*method);
   for (const std::string& scan : row.scan_ids) out.add_scans(runtime::NameOf("scans", scan));
   Fill(row.applied, &out);
-  const auto extrapolation =
-      runtime::StoredEnum(v1::RepairExtrapolation_Parse, "REPAIR_EXTRAPOLATION_" + row.applied.extrapolation, what);
+  const auto extrapolation = runtime::StoredEnum<v1::RepairExtrapolation>(row.applied.extrapolation, what);
   if (!extrapolation.ok()) return extrapolation.status();
   out.mutable_method()->set_extrapolation(*extrapolation);
   for (const storage::RepairSectionRow& section : row.sections)

@@ -33,7 +33,7 @@ class Results {
     if (!name.ok()) return name.status();
     out->set_result(*name);
     if (method.empty()) return absl::OkStatus();
-    const auto value = StoredEnum(registration::v1::Method_Parse, "METHOD_" + method, what_);
+    const auto value = StoredEnum<registration::v1::Method>(method, what_);
     if (value.ok()) out->set_method(*value);
     return value.status();
   }
@@ -45,22 +45,20 @@ class Results {
 
 absl::Status SetWords(const storage::CharacteristicFindingRow& row, const std::string& what,
                       v1::CharacteristicFinding* out) {
-  const auto of_class =
-      StoredEnum(plant::v1::CharacteristicClass_Parse, "CHARACTERISTIC_CLASS_" + row.characteristic_class, what);
+  const auto of_class = StoredEnum<plant::v1::CharacteristicClass>(row.characteristic_class, what);
   if (!of_class.ok()) return of_class.status();
   out->set_characteristic_class(*of_class);
-  const auto quantity =
-      StoredEnum(plant::v1::CharacteristicQuantity_Parse, "CHARACTERISTIC_QUANTITY_" + row.quantity, what);
+  const auto quantity = StoredEnum<plant::v1::CharacteristicQuantity>(row.quantity, what);
   if (!quantity.ok()) return quantity.status();
   out->set_quantity(*quantity);
-  const auto unit = StoredEnum(plant::v1::CharacteristicUnit_Parse, "CHARACTERISTIC_UNIT_" + row.unit, what);
+  const auto unit = StoredEnum<plant::v1::CharacteristicUnit>(row.unit, what);
   if (!unit.ok()) return unit.status();
   out->set_unit(*unit);
   const auto verdict = VerdictOf(row.verdict, what);
   if (!verdict.ok()) return verdict.status();
   out->set_verdict(*verdict);
   if (row.cure.empty()) return absl::OkStatus();
-  const auto cure = StoredEnum(v1::Cure_Parse, "CURE_" + row.cure, what);
+  const auto cure = StoredEnum<v1::Cure>(row.cure, what);
   if (cure.ok()) out->set_cure(*cure);
   return cure.status();
 }
@@ -137,7 +135,7 @@ absl::Status SetConflicts(const storage::AssessmentRow& row, const Results& resu
 }
 
 absl::Status SetVerdicts(const storage::AssessmentRow& row, const std::string& what, v1::Assessment* assessment) {
-  const auto stage = StoredEnum(v1::AssessmentStage_Parse, "ASSESSMENT_STAGE_" + row.stage, what);
+  const auto stage = StoredEnum<v1::AssessmentStage>(row.stage, what);
   if (!stage.ok()) return stage.status();
   assessment->set_stage(*stage);
   const auto verdict = VerdictOf(row.verdict, what);
@@ -145,7 +143,7 @@ absl::Status SetVerdicts(const storage::AssessmentRow& row, const std::string& w
   assessment->set_verdict(*verdict);
   assessment->set_fate_reason(row.fate_reason);
   if (row.fate.empty()) return absl::OkStatus();
-  const auto fate = StoredEnum(v1::BlankFate_Parse, "BLANK_FATE_" + row.fate, what);
+  const auto fate = StoredEnum<v1::BlankFate>(row.fate, what);
   if (fate.ok()) assessment->set_fate(*fate);
   return fate.status();
 }

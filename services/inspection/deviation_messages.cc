@@ -41,7 +41,7 @@ absl::Status Fill(const storage::DeviationProfileRow& row, const std::string& wh
   v1::ProfileTolerance& tolerance = *out->mutable_tolerance();
   tolerance.set_characteristic(row.characteristic);
   tolerance.set_region(row.region);
-  const auto zone = runtime::StoredEnum(v1::ProfileZone_Parse, "PROFILE_ZONE_" + row.zone, what);
+  const auto zone = runtime::StoredEnum<v1::ProfileZone>(row.zone, what);
   if (!zone.ok()) return zone.status();
   tolerance.set_zone(*zone);
   tolerance.set_lower_mm(row.lower_mm);
@@ -81,7 +81,7 @@ absl::StatusOr<v1::DeviationMap> ToProto(const storage::DeviationMapRow& row) {
   map.set_name(runtime::NameOf("deviations", row.deviation_id));
   map.set_blade(runtime::NameOf("blades", row.blade_serial));
   map.set_registration(runtime::NameOf("registrations", row.registration_id));
-  const auto method = runtime::StoredEnum(registration::v1::Method_Parse, "METHOD_" + row.method, what);
+  const auto method = runtime::StoredEnum<registration::v1::Method>(row.method, what);
   if (!method.ok()) return method.status();
   map.set_method(*method);
   for (const std::string& scan : row.scan_ids) map.add_scans(runtime::NameOf("scans", scan));

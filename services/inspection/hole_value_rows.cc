@@ -109,11 +109,11 @@ absl::Status AddBudget(const storage::InspectionRow& row, const std::vector<doub
 
 absl::Status Fill(const storage::InspectionRow& inspection, const storage::HoleDetailRow& row, v1::HoleResult* hole) {
   const std::string what = "inspection " + inspection.inspection_id;
-  const auto by = runtime::StoredEnum(v1::HoleMeasuredBy_Parse, "HOLE_MEASURED_BY_" + row.measured_by, what);
+  const auto by = runtime::StoredEnum<v1::HoleMeasuredBy>(row.measured_by, what);
   if (!by.ok()) return by.status();
   hole->set_measured_by(*by);
   v1::HoleDisplacement& displacement = *hole->mutable_displacement();
-  const auto along_is = runtime::StoredEnum(v1::AlongIs_Parse, "ALONG_IS_" + row.along_is, what);
+  const auto along_is = runtime::StoredEnum<v1::AlongIs>(row.along_is, what);
   if (!along_is.ok()) return along_is.status();
   displacement.set_along_is(*along_is);
   runtime::SetDirection(row.along_in_part, displacement.mutable_along_in_part());

@@ -91,13 +91,13 @@ absl::StatusOr<exchange::MeasuredFormat> FormatOf(v1::MeasurementFormat format) 
 }
 
 absl::Status Fill(const storage::MeasuredValueRow& row, const std::string& what, v1::MeasuredCharacteristic* out) {
-  const auto unit = runtime::StoredEnum(plant::v1::CharacteristicUnit_Parse, "CHARACTERISTIC_UNIT_" + row.unit, what);
+  const auto unit = runtime::StoredEnum<plant::v1::CharacteristicUnit>(row.unit, what);
   if (!unit.ok()) return unit.status();
   out->set_characteristic(row.characteristic);
   out->set_feature(row.feature);
   out->set_unit(*unit);
   if (!row.zone.empty()) {
-    const auto zone = runtime::StoredEnum(plant::v1::ToleranceZone_Parse, "TOLERANCE_ZONE_" + row.zone, what);
+    const auto zone = runtime::StoredEnum<plant::v1::ToleranceZone>(row.zone, what);
     if (!zone.ok()) return zone.status();
     out->set_zone(*zone);
   }
@@ -125,9 +125,9 @@ absl::StatusOr<v1::Measurement> ToProto(const storage::MeasurementRow& row) {
   measurement.set_blade(runtime::NameOf("blades", row.blade_serial));
   measurement.set_drawing(runtime::RevisedName("drawings", file.drawing_id, file.drawing_revision));
   measurement.set_part(runtime::NameOf("parts", file.part_id));
-  const auto kind = runtime::StoredEnum(v1::InstrumentKind_Parse, "INSTRUMENT_KIND_" + file.instrument.kind, what);
+  const auto kind = runtime::StoredEnum<v1::InstrumentKind>(file.instrument.kind, what);
   if (!kind.ok()) return kind.status();
-  const auto format = runtime::StoredEnum(v1::MeasurementFormat_Parse, "MEASUREMENT_FORMAT_" + file.format, what);
+  const auto format = runtime::StoredEnum<v1::MeasurementFormat>(file.format, what);
   if (!format.ok()) return format.status();
   v1::Instrument& instrument = *measurement.mutable_instrument();
   instrument.set_kind(*kind);

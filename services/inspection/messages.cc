@@ -78,8 +78,7 @@ absl::StatusOr<v1::Inspection> ToProto(const storage::InspectionRow& row) {
   deviation.set_point_count(row.deviation_point_count);
   deviation.set_excluded_count(row.deviation_excluded_count);
   v1::Positioning& positioning = *inspection.mutable_positioning();
-  const auto method =
-      runtime::StoredEnum(registration::v1::Method_Parse, "METHOD_" + row.method, "inspection " + row.inspection_id);
+  const auto method = runtime::StoredEnum<registration::v1::Method>(row.method, "inspection " + row.inspection_id);
   if (!method.ok()) return method.status();
   positioning.set_method(*method);
   if (row.disagreement_um) positioning.set_disagreement_um(*row.disagreement_um);
@@ -108,8 +107,7 @@ absl::StatusOr<v1::Disposition> DispositionOf(const storage::DispositionRow& row
   disposition.set_name(runtime::NameOf("dispositions", row.disposition_id));
   disposition.set_inspection(runtime::NameOf("inspections", row.inspection_id));
   disposition.set_blade(runtime::NameOf("blades", row.blade_serial));
-  const auto kind = runtime::StoredEnum(v1::DispositionKind_Parse, "DISPOSITION_KIND_" + row.disposition,
-                                        "disposition " + row.disposition_id);
+  const auto kind = runtime::StoredEnum<v1::DispositionKind>(row.disposition, "disposition " + row.disposition_id);
   if (!kind.ok()) return kind.status();
   disposition.set_kind(*kind);
   disposition.set_reason(row.reason);

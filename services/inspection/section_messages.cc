@@ -12,9 +12,9 @@ namespace sixpoint::inspection {
 namespace {
 
 absl::Status Fill(const storage::SectionValueRow& row, const std::string& what, v1::SectionValue* out) {
-  const auto parameter = runtime::StoredEnum(v1::SectionParameter_Parse, "SECTION_PARAMETER_" + row.parameter, what);
+  const auto parameter = runtime::StoredEnum<v1::SectionParameter>(row.parameter, what);
   if (!parameter.ok()) return parameter.status();
-  const auto unit = runtime::StoredEnum(v1::SectionUnit_Parse, "SECTION_UNIT_" + row.unit, what);
+  const auto unit = runtime::StoredEnum<v1::SectionUnit>(row.unit, what);
   if (!unit.ok()) return unit.status();
   out->set_parameter(*parameter);
   out->set_unit(*unit);
@@ -29,7 +29,7 @@ absl::Status Fill(const storage::SectionValueRow& row, const std::string& what, 
 }
 
 absl::StatusOr<v1::SectionEnd> EndOf(const std::string& text, const std::string& what) {
-  return runtime::StoredEnum(v1::SectionEnd_Parse, "SECTION_END_" + text, what);
+  return runtime::StoredEnum<v1::SectionEnd>(text, what);
 }
 
 absl::Status Fill(const storage::SectionRow& row, const std::string& what, v1::Section* out) {
@@ -68,7 +68,7 @@ absl::StatusOr<v1::SectionMeasurement> ToProto(const storage::SectionMeasurement
   measurement.set_registration(runtime::NameOf("registrations", row.registration_id));
   measurement.set_part(runtime::NameOf("parts", row.part_id));
   measurement.set_part_revision(row.part_revision);
-  const auto method = runtime::StoredEnum(registration::v1::Method_Parse, "METHOD_" + row.method, what);
+  const auto method = runtime::StoredEnum<registration::v1::Method>(row.method, what);
   if (!method.ok()) return method.status();
   measurement.set_method(*method);
   for (const std::string& scan : row.scan_ids) measurement.add_scans(runtime::NameOf("scans", scan));

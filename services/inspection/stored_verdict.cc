@@ -22,7 +22,7 @@ std::string TextOf(metrology::Verdict verdict) {
 }
 
 absl::StatusOr<v1::Verdict> VerdictOf(const std::string& text, const std::string& what) {
-  return runtime::StoredEnum(v1::Verdict_Parse, "VERDICT_" + text, what);
+  return runtime::StoredEnum<v1::Verdict>(text, what);
 }
 
 metrology::DecisionRule KernelRuleOf(const plant::v1::DecisionRule& rule) {

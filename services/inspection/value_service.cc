@@ -84,8 +84,7 @@ absl::StatusOr<v1::Value> Begin(const storage::HoleValuesRow& row, const char* k
   v1::Value value;
   const absl::StatusOr<v1::Verdict> of_value = VerdictOf(verdict, "inspection " + row.inspection_id);
   if (!of_value.ok()) return of_value.status();
-  const auto method =
-      runtime::StoredEnum(registration::v1::Method_Parse, "METHOD_" + row.method, "inspection " + row.inspection_id);
+  const auto method = runtime::StoredEnum<registration::v1::Method>(row.method, "inspection " + row.inspection_id);
   if (!method.ok()) return method.status();
   value.set_blade(runtime::NameOf("blades", row.blade_serial));
   value.set_characteristic(row.group_name + "/" + row.hole_name + "/" + kind);

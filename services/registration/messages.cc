@@ -19,8 +19,7 @@ absl::Status FromJson(const std::string& json, const std::string& registration_i
 
 absl::Status SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out) {
   if (absl::Status status = FromJson(row.detail_json, row.registration_id, out); !status.ok()) return status;
-  const auto outcome =
-      runtime::StoredEnum(v1::Outcome_Parse, "OUTCOME_" + row.outcome, "registration " + row.registration_id);
+  const auto outcome = runtime::StoredEnum<v1::Outcome>(row.outcome, "registration " + row.registration_id);
   if (!outcome.ok()) return outcome.status();
   out->set_outcome(*outcome);
   out->set_point_count(row.point_count);
@@ -88,8 +87,7 @@ absl::StatusOr<v1::Registration> ToProto(const storage::RegistrationRow& row) {
   out.set_part(runtime::NameOf("parts", row.part_id));
   out.set_part_revision(row.part_revision);
   for (const storage::RegistrationScanRow& scan : row.scans) out.add_scans(runtime::NameOf("scans", scan.scan_id));
-  const auto method =
-      runtime::StoredEnum(v1::Method_Parse, "METHOD_" + row.method, "registration " + row.registration_id);
+  const auto method = runtime::StoredEnum<v1::Method>(row.method, "registration " + row.registration_id);
   if (!method.ok()) return method.status();
   out.set_method(*method);
   out.set_sensor_calibration(runtime::NameOf("calibrations", row.sensor_calibration_id));

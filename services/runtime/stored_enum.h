@@ -12,18 +12,14 @@
 
 namespace sixpoint::runtime {
 
-inline absl::Status UnknownWord(const std::string& of, const std::string& name) {
-  return absl::DataLossError(of + ": its " + name + " is none that this release knows");
-}
-
-// The value of that name, by the enum's own X_Parse. DATA_LOSS where it has none: another release wrote it, or a hand.
-// of: whose it is, for the message.
+// The value of that word of contract_words.h, in small letters too. DATA_LOSS where there is none: nothing, or what another release
+// wrote, or a hand. of: whose it is, for the message.
 template <typename Enum>
-absl::StatusOr<Enum> StoredEnum(bool (*parse)(const std::string&, Enum*), const std::string& name,
-                                const std::string& of) {
-  Enum value{};
-  if (parse(name, &value)) return value;
-  return UnknownWord(of, name);
+absl::StatusOr<Enum> StoredEnum(const std::string& word, const std::string& of) {
+  const std::string name = PrefixOf<Enum>() + absl::AsciiStrToUpper(word);
+  const auto* const named = google::protobuf::GetEnumDescriptor<Enum>()->FindValueByName(name);
+  if (named != nullptr && named->number() != 0) return static_cast<Enum>(named->number());
+  return absl::DataLossError(of + ": its " + name + " is none that this release knows");
 }
 
 // Reads the words of one row, where a message has many: the first that this release does not know is told at the end.
@@ -32,13 +28,12 @@ class StoredWords {
   // of: whose they are, for the message.
   explicit StoredWords(std::string of) : of_(std::move(of)) {}
 
-  // Of contract_words.h's words, in small letters too. Nothing is unknown as well.
+  // As StoredEnum.
   template <typename Enum>
   Enum Value(const std::string& word) {
-    const std::string name = PrefixOf<Enum>() + absl::AsciiStrToUpper(word);
-    const auto* const named = google::protobuf::GetEnumDescriptor<Enum>()->FindValueByName(name);
-    if (named != nullptr && named->number() != 0) return static_cast<Enum>(named->number());
-    if (status_.ok()) status_ = UnknownWord(of_, name);
+    const absl::StatusOr<Enum> value = StoredEnum<Enum>(word, of_);
+    if (value.ok()) return *value;
+    if (status_.ok()) status_ = value.status();
     return static_cast<Enum>(0);
   }
   // Nothing is UNSPECIFIED.
@@ -47,7 +42,7 @@ class StoredWords {
     return word.empty() ? static_cast<Enum>(0) : Value<Enum>(word);
   }
 
-  // DATA_LOSS, as StoredEnum.
+  // DATA_LOSS of the first that is not known.
   const absl::Status& status() const { return status_; }
   // The message that was filled from them, where all are known.
   template <typename Message>
