@@ -15,6 +15,7 @@
 #include "cli/progress.h"
 #include "cli/reports.h"
 #include "cli/scan_transfer.h"
+#include "refusal/message_text.h"
 #include "refusal/refusal.h"
 #include "services/runtime/resource_name.h"
 #include "sixpoint/correction/v1/correction.grpc.pb.h"
@@ -304,11 +305,10 @@ void PlantRun::RegisterBlades() {
     if (!job.status.ok()) {
       result_.failures.push_back(FailureOf("registration", "blade:" + job.entry.blade, job.entry.method, job.status));
     } else if (evidence.outcome() != registration::v1::OUTCOME_CONVERGED) {
-      result_.failures.push_back({"registration", "blade:" + job.entry.blade, job.entry.method,
-                                  OutcomeName(evidence.outcome()),
-                                  "overlap " + std::to_string(evidence.overlap()) + ", residual rms " +
-                                      std::to_string(evidence.residual_rms_um()) + " um, condition number " +
-                                      std::to_string(evidence.condition_number())});
+      result_.failures.push_back(
+          {"registration", "blade:" + job.entry.blade, job.entry.method, OutcomeName(evidence.outcome()),
+           "overlap " + Rounded(evidence.overlap()) + ", residual rms " + Rounded(evidence.residual_rms_um()) +
+               " um, condition number " + Rounded(evidence.condition_number())});
     } else {
       result_.registrations.push_back(std::move(job.entry));
     }

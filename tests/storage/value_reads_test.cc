@@ -191,6 +191,38 @@ TEST_F(ValueReads, TheNewestOfABladeIsTheNewestOfAllItHas) {
   });
 }
 
+// Of the real one alone: that an axis' table was applied is told by the registration, which fakes of other results do not know.
+TEST_F(ValueReads, WhatRestsOnAnAxisTableIsFoundByIt) {
+  sixpoint::testing::JudgedPlant plant;
+  Database* const database = plant.database.database();
+  plant.Characterise(false, {0, 0.001}, {0, 0.001}, 0.0001);
+  RegistrationRow registration = StoredRegistrations::Make();
+  registration.registration_id = NewUuid();
+  RegistrationAngleRow& angle = registration.angles.emplace_back();
+  angle.axis = plant.plant.machine.kinematics().part_side(0).axis();
+  angle.characterisation_id = sixpoint::testing::IdOf(sixpoint::testing::kACharacterisation);
+  RecordEntry entry;
+  entry.kind = "registration";
+  entry.name = "registrations/" + registration.registration_id;
+  entry.software_version = "test";
+  const auto registered = RegistrationsIn(database)->Record({"area.Call", "", ""}, registration, entry, Soon());
+  ASSERT_TRUE(registered.ok()) << registered.status();
+  const std::shared_ptr<InspectionStore> store = InspectionsIn(database);
+  std::vector<InspectionRow> rows = {WithHoles({"H1"}), WithHoles({"H1"})};
+  rows[1].registration_id = registration.registration_id;
+  for (const InspectionRow& row : rows) ASSERT_TRUE(Record(*store, row).ok());
+  ValueFilter filter;
+  filter.calibration_id = angle.characterisation_id;
+  EXPECT_THAT(Told(Read(*ValuesIn(database), filter), rows), ElementsAre("1 H1"));
+  InspectionFilter of_inspections;
+  of_inspections.calibration_id = angle.characterisation_id;
+  of_inspections.reader = Reader::Everything();
+  const auto listed = store->List(of_inspections, 0, 10, Soon());
+  ASSERT_TRUE(listed.ok()) << listed.status();
+  ASSERT_THAT(*listed, SizeIs(1));
+  EXPECT_EQ((*listed)[0].inspection_id, rows[1].inspection_id);
+}
+
 // Of the real one alone.
 TEST_F(ValueReads, WhoIsNotClearedSeesNoValueOfACustomersPart) {
   sixpoint::testing::ThrowawayDatabase database;
