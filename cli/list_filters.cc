@@ -32,6 +32,7 @@ std::string HelpOf(const FieldDescriptor& field) {
   if (field.name() == "without_for_inspection") return "Not those that an inspection made for its verdict";
   if (field.name() == "all_revisions") return "Also those that newer ones replaced";
   if (field.name() == "withdrawn_too") return "Also those that were withdrawn";
+  if (field.name() == "enabled_only") return "Not those that are disabled";
   if (field.name() == "holder") return "Only of users/NAME or machines/ID";
   if (field.name() == "scope") return "Only for customers/ID or parts/ID, exactly that";
   if (field.name() == "calibration") return "Only what rests on it";

@@ -135,9 +135,9 @@ class PostgresAccounts final : public AccountStore {
   absl::StatusOr<std::optional<AccountRow>> Find(const std::string& name, Deadline deadline) const override {
     return OneRead(*database_, deadline, [&](Transaction& t) { return FindAccount(t, name); });
   }
-  absl::StatusOr<std::vector<AccountRow>> List(const std::string& after_name, int limit,
+  absl::StatusOr<std::vector<AccountRow>> List(const AccountFilter& filter, const std::string& after_name, int limit,
                                                Deadline deadline) const override {
-    return OneRead(*database_, deadline, [&](Transaction& t) { return ListAccounts(t, after_name, limit); });
+    return OneRead(*database_, deadline, [&](Transaction& t) { return ListAccounts(t, filter, after_name, limit); });
   }
   absl::StatusOr<SignInLook> LookAtSignIn(const FailureCounters& counters, const std::string& name,
                                           Deadline deadline) const override {

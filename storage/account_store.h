@@ -40,8 +40,8 @@ class AccountReader {
   // As FindAccount.
   virtual absl::StatusOr<std::optional<AccountRow>> Find(const std::string& name, Deadline deadline) const = 0;
   // As ListAccounts.
-  virtual absl::StatusOr<std::vector<AccountRow>> List(const std::string& after_name, int limit,
-                                                       Deadline deadline) const = 0;
+  virtual absl::StatusOr<std::vector<AccountRow>> List(const AccountFilter& filter, const std::string& after_name,
+                                                       int limit, Deadline deadline) const = 0;
   // Whether a sign-in has to wait. Counts nothing.
   virtual absl::StatusOr<SignInLook> LookAtSignIn(const FailureCounters& counters, const std::string& name,
                                                   Deadline deadline) const = 0;

@@ -12,7 +12,10 @@ constexpr char kFind[] = "SELECT " ACCOUNT_COLUMNS " FROM accounts WHERE name = 
 constexpr char kLockAccount[] = "SELECT " ACCOUNT_COLUMNS " FROM accounts WHERE name = $1 FOR UPDATE";
 constexpr char kLockOfSubject[] =
     "SELECT " ACCOUNT_COLUMNS " FROM accounts WHERE issuer = $1 AND issuer_subject = $2 FOR UPDATE";
-constexpr char kListAccounts[] = "SELECT " ACCOUNT_COLUMNS " FROM accounts WHERE name > $1 ORDER BY name LIMIT $2";
+constexpr char kListAccounts[] =
+    "SELECT " ACCOUNT_COLUMNS
+    " FROM accounts WHERE name > $1 AND ($3 = '' OR $3 = ANY (roles)) AND NOT ($4::boolean AND disabled) "
+    "ORDER BY name LIMIT $2";
 constexpr char kInsertAccount[] =
     "INSERT INTO accounts (name, sign_in_method, roles, password_phc, issuer, issuer_subject) "
     "VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT DO NOTHING";
@@ -77,9 +80,10 @@ absl::StatusOr<std::optional<AccountRow>> LockAccountOfSubject(Transaction& tran
   return One(transaction.Execute(kLockOfSubject, Params().Text(issuer).Text(issuer_subject)));
 }
 
-absl::StatusOr<std::vector<AccountRow>> ListAccounts(Transaction& transaction, const std::string& after_name,
-                                                     int limit) {
-  return AllRows(transaction, kListAccounts, Params().Text(after_name).Int(limit), RowOf);
+absl::StatusOr<std::vector<AccountRow>> ListAccounts(Transaction& transaction, const AccountFilter& filter,
+                                                     const std::string& after_name, int limit) {
+  const Params params = Params().Text(after_name).Int(limit).Text(filter.role).Bool(filter.enabled_only);
+  return AllRows(transaction, kListAccounts, params, RowOf);
 }
 
 absl::StatusOr<bool> InsertAccount(Transaction& transaction, const AccountRow& account) {

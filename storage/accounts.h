@@ -31,9 +31,14 @@ absl::StatusOr<std::optional<AccountRow>> LockAccount(Transaction& transaction, 
 // Whoever the provider knows by that subject.
 absl::StatusOr<std::optional<AccountRow>> LockAccountOfSubject(Transaction& transaction, const std::string& issuer,
                                                                const std::string& issuer_subject);
+
+struct AccountFilter {
+  std::string role;  // one of its roles; empty: any
+  bool enabled_only = false;
+};
 // By name.
-absl::StatusOr<std::vector<AccountRow>> ListAccounts(Transaction& transaction, const std::string& after_name,
-                                                     int limit);
+absl::StatusOr<std::vector<AccountRow>> ListAccounts(Transaction& transaction, const AccountFilter& filter,
+                                                     const std::string& after_name, int limit);
 
 // False, and nothing done, where the name, or issuer and subject, are taken.
 absl::StatusOr<bool> InsertAccount(Transaction& transaction, const AccountRow& account);

@@ -29,18 +29,18 @@ absl::Status CheckName(const std::string& name) {
   return runtime::Refuse("name", name, "users/ and 1 to 64 of A-Z, a-z, 0-9, '.', '_', '-', the first not '.'");
 }
 
+absl::StatusOr<Role> UsersRoleOf(const char* field, int number) {
+  for (const Role role : {Role::kEngineer, Role::kQuality, Role::kMesReader, Role::kAdmin})
+    if (RoleToProto(role) == number) return role;
+  return runtime::Refuse(field, std::to_string(number), "ROLE_ENGINEER, ROLE_QUALITY, ROLE_MES_READER or ROLE_ADMIN");
+}
+
 absl::StatusOr<std::vector<std::string>> RolesOf(const google::protobuf::RepeatedField<int>& wanted) {
   std::vector<Role> roles;
   for (const int number : wanted) {
-    bool is_users = false;
-    for (const Role role : {Role::kEngineer, Role::kQuality, Role::kMesReader, Role::kAdmin}) {
-      if (RoleToProto(role) != number) continue;
-      is_users = true;
-      roles.push_back(role);
-    }
-    if (!is_users)
-      return runtime::Refuse("roles", std::to_string(number),
-                             "ROLE_ENGINEER, ROLE_QUALITY, ROLE_MES_READER or ROLE_ADMIN");
+    const absl::StatusOr<Role> role = UsersRoleOf("roles", number);
+    if (!role.ok()) return role.status();
+    roles.push_back(*role);
   }
   const auto person = identity::IdentityOf("users/any", roles);  // at least one, each once, in their order
   if (!person.ok()) return person.status();
@@ -209,8 +209,15 @@ grpc::Status AccountService::ListAccounts(grpc::ServerContext* context, const v1
   const std::string filters = runtime::FiltersOf(*request);
   const absl::StatusOr<runtime::IdPage> page = runtime::IdPageOf(filters, request->page_size(), request->page_token());
   if (!page.ok()) return ToGrpc(page.status());
+  storage::AccountFilter filter;
+  filter.enabled_only = request->enabled_only();
+  if (request->role() != access::v1::ROLE_UNSPECIFIED) {
+    const absl::StatusOr<Role> role = UsersRoleOf("role", request->role());
+    if (!role.ok()) return ToGrpc(role.status());
+    filter.role = identity::RoleText(*role);
+  }
   const absl::StatusOr<std::vector<AccountRow>> rows =
-      accounts_->List(std::string(kUsers) + page->after_id, page->size + 1, runtime::DeadlineOf(*context));
+      accounts_->List(filter, std::string(kUsers) + page->after_id, page->size + 1, runtime::DeadlineOf(*context));
   if (!rows.ok()) return ToGrpc(rows.status());
   const absl::StatusOr<const AccountRow*> last =
       runtime::AddPage(*rows, page->size, AccountOf, response->mutable_accounts());

@@ -72,8 +72,8 @@ struct AccountStoreUnderTest {
     EXPECT_TRUE(found.ok()) << found.status();
     return found.value_or(std::nullopt);
   }
-  std::vector<std::string> Names(const std::string& after_name, int limit) const {
-    const auto listed = store.List(after_name, limit, sixpoint::testing::Soon());
+  std::vector<std::string> Names(const std::string& after_name, int limit, const AccountFilter& filter = {}) const {
+    const auto listed = store.List(filter, after_name, limit, sixpoint::testing::Soon());
     EXPECT_TRUE(listed.ok()) << listed.status();
     std::vector<std::string> names;
     for (const AccountRow& row : listed.value_or(std::vector<AccountRow>())) names.push_back(row.name);

@@ -41,6 +41,30 @@ TEST(AccountStore, AreListedByNameByteForByte) {
   });
 }
 
+TEST(AccountStore, AreListedByRoleAndByWhetherSomebodyMaySignIn) {
+  OnBothAccountStores([](const AccountStoreUnderTest& accounts) {
+    for (const char* name : {"users/a", "users/b", "users/c"}) accounts.Create(WithPassword(name));
+    ASSERT_TRUE(accounts
+                    .Change("users/a", {AccountEvent::kDisabled, true, "users/it"},
+                            [](AccountRow* row) { return row->disabled = true; })
+                    .ok());
+    ASSERT_TRUE(accounts
+                    .Change("users/b", {AccountEvent::kRolesSet, true, "users/it"},
+                            [](AccountRow* row) {
+                              row->roles = {"mes-reader"};
+                              return true;
+                            })
+                    .ok());
+    EXPECT_THAT(accounts.Names("users/", 10, {"engineer", false}), ElementsAre("users/a", "users/c"));
+    EXPECT_THAT(accounts.Names("users/", 10, {"engineer", true}), ElementsAre("users/c"));
+    EXPECT_THAT(accounts.Names("users/", 1, {"engineer", false}), ElementsAre("users/a"));
+    EXPECT_THAT(accounts.Names("users/", 10, {"mes-reader", true}), ElementsAre("users/b"));
+    EXPECT_THAT(accounts.Names("users/", 10, {"admin", false}), IsEmpty());
+    EXPECT_THAT(accounts.Names("users/", 1, {"", true}),
+                ElementsAre("users/b"));  // a page of one, of what is asked for
+  });
+}
+
 TEST(AccountStore, WhatIsChangedIsKeptWithItsEventAndEndsSessionsWhereItIsToldTo) {
   OnBothAccountStores([](const AccountStoreUnderTest& accounts) {
     const AccountRow made = accounts.Create(WithPassword("users/jane"));

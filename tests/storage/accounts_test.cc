@@ -138,11 +138,11 @@ TEST_F(AccountsTest, ListsByName) {
     row.name = name;
     EXPECT_TRUE(In([&](Transaction& t) { return InsertAccount(t, row); }).ok());
   }
-  const auto first = In([](Transaction& t) { return ListAccounts(t, "users/", 2); });
+  const auto first = In([](Transaction& t) { return ListAccounts(t, {}, "users/", 2); });
   ASSERT_EQ(first->size(), 2u);
   EXPECT_EQ((*first)[0].name, "users/B");
   EXPECT_EQ((*first)[1].name, "users/a");
-  const auto second = In([](Transaction& t) { return ListAccounts(t, "users/a", 2); });
+  const auto second = In([](Transaction& t) { return ListAccounts(t, {}, "users/a", 2); });
   ASSERT_EQ(second->size(), 1u);
   EXPECT_EQ((*second)[0].name, "users/c");
 }

@@ -222,14 +222,18 @@ absl::StatusOr<std::optional<AccountRow>> FakeAccounts::Find(const std::string& 
   return books_.Find(name);
 }
 
-absl::StatusOr<std::vector<AccountRow>> FakeAccounts::List(const std::string& after_name, int limit,
+absl::StatusOr<std::vector<AccountRow>> FakeAccounts::List(const storage::AccountFilter& filter,
+                                                           const std::string& after_name, int limit,
                                                            storage::Deadline) const {
   const InCall call(*this);
   if (!commits.failure().ok()) return commits.failure();
   std::vector<AccountRow> listed;
   for (auto at = books_.accounts.upper_bound(after_name);
-       at != books_.accounts.end() && static_cast<int>(listed.size()) < limit; ++at)
-    listed.push_back(at->second.row);
+       at != books_.accounts.end() && static_cast<int>(listed.size()) < limit; ++at) {
+    const AccountRow& row = at->second.row;
+    const bool has_role = filter.role.empty() || std::count(row.roles.begin(), row.roles.end(), filter.role) > 0;
+    if (has_role && !(filter.enabled_only && row.disabled)) listed.push_back(row);
+  }
   return listed;
 }
 

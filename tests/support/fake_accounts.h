@@ -44,7 +44,8 @@ class FakeAccounts final : public storage::AccountStore {
   std::chrono::nanoseconds longest_call() const;
 
   absl::StatusOr<std::optional<storage::AccountRow>> Find(const std::string& name, storage::Deadline) const override;
-  absl::StatusOr<std::vector<storage::AccountRow>> List(const std::string& after_name, int limit,
+  absl::StatusOr<std::vector<storage::AccountRow>> List(const storage::AccountFilter& filter,
+                                                        const std::string& after_name, int limit,
                                                         storage::Deadline) const override;
   absl::StatusOr<storage::SignInLook> LookAtSignIn(const storage::FailureCounters& counters, const std::string& name,
                                                    storage::Deadline) const override;

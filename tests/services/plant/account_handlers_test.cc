@@ -197,6 +197,30 @@ TEST_F(AccountHandlersTest, AccountsAreListedByPages) {
             absl::StatusCode::kInvalidArgument);
 }
 
+TEST_F(AccountHandlersTest, AccountsAreListedByRoleAndByWhetherSomebodyMaySignIn) {
+  for (const char* name : {"users/a", "users/b", "users/c"}) ASSERT_TRUE(Create(name).ok());
+  ASSERT_TRUE(SetRoles("users/b", {access::v1::ROLE_ADMIN}).ok());
+  ASSERT_TRUE(Ask(&AccountsStub::DisableAccount, "users/c").ok());
+  const auto names = [&](const v1::ListAccountsRequest& request) {
+    const auto page = handlers_.ByAdmin(&AccountsStub::ListAccounts, request);
+    EXPECT_TRUE(page.ok()) << page.status();
+    std::vector<std::string> found;
+    for (const v1::Account& account : page->accounts()) found.push_back(account.name());
+    return found;
+  };
+  v1::ListAccountsRequest request;
+  request.set_enabled_only(true);
+  EXPECT_THAT(names(request), ElementsAre("users/a", "users/b"));
+  request.set_role(access::v1::ROLE_ADMIN);
+  EXPECT_THAT(names(request), ElementsAre("users/b"));
+  for (const int no_users : {static_cast<int>(access::v1::ROLE_MACHINE), 99}) {
+    request.set_role(static_cast<access::v1::Role>(no_users));
+    const auto refused = handlers_.ByAdmin(&AccountsStub::ListAccounts, request);
+    EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(refused.status().message()), ::testing::HasSubstr("role: "));
+  }
+}
+
 TEST_F(AccountHandlersTest, AStoreThatFailsComesToTheClient) {
   ASSERT_TRUE(Create("users/jane").ok());
   store_->commits.Fail(absl::UnavailableError("database: away"));
