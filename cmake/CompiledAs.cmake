@@ -33,7 +33,7 @@ endfunction()
 
 # What runs long is fast; what waits for the network, the disk or a kernel is compiled fast: -O1 takes a sixth longer for it.
 set(compiled_fast -Og -finline-functions -finline-small-functions)
-set(SIXPOINT_KERNEL_OPTIMISATION -O3 CACHE STRING "Of metrology/")
+set(SIXPOINT_KERNEL_OPTIMISATION -O3 CACHE STRING "Of metrology/; the sanitizers' presets say another")
 sixpoint_compiled_as(kernels "${SIXPOINT_KERNEL_OPTIMISATION}" 8 ${standard_headers} ${eigen_headers})
 sixpoint_compiled_as(storage "${compiled_fast}" 16 ${standard_headers})
 sixpoint_compiled_as(services "${compiled_fast}" 16 ${standard_headers} ${eigen_headers} ${grpc_headers})

@@ -201,10 +201,8 @@ TEST_F(ValueReads, WhatRestsOnAnAxisTableIsFoundByIt) {
   RegistrationAngleRow& angle = registration.angles.emplace_back();
   angle.axis = plant.plant.machine.kinematics().part_side(0).axis();
   angle.characterisation_id = sixpoint::testing::IdOf(sixpoint::testing::kACharacterisation);
-  RecordEntry entry;
-  entry.kind = "registration";
-  entry.name = "registrations/" + registration.registration_id;
-  entry.software_version = "test";
+  const RecordEntry entry =
+      sixpoint::testing::EntryOfM1("registrations/" + registration.registration_id, {}, registration.blade_serial);
   const auto registered = RegistrationsIn(database)->Record({"area.Call", "", ""}, registration, entry, Soon());
   ASSERT_TRUE(registered.ok()) << registered.status();
   const std::shared_ptr<InspectionStore> store = InspectionsIn(database);
