@@ -32,7 +32,7 @@ HttpResponse JsonResponse(const ordered_json& json) {
 }
 
 // with_cookie: the browser is to send this token from now on.
-HttpResponse Told(const Exchange& exchange, const plant::v1::Session& session, bool with_cookie) {
+HttpResponse ToldSession(const Exchange& exchange, const plant::v1::Session& session, bool with_cookie) {
   plant::v1::Session told = session;
   told.clear_token();  // scripts have no use for it
   const auto json = MessageOfBytes(*told.GetDescriptor(), Codec::kJson, told.SerializeAsString());
@@ -101,7 +101,7 @@ Awaitable<HttpResponse> Sessions::SignIn(Exchange* exchange, const CallWish& wis
   const auto [status, session] =
       co_await upstream_.Call<plant::v1::Session>(AccountMethod("SignIn"), *request, wish, exchange);
   if (!status.ok()) co_return ErrorResponse(status);
-  co_return Told(*exchange, session, /*with_cookie=*/true);
+  co_return ToldSession(*exchange, session, /*with_cookie=*/true);
 }
 
 Awaitable<HttpResponse> Sessions::Renew(Exchange* exchange, const CallWish& wish) {
@@ -124,7 +124,7 @@ Awaitable<HttpResponse> Sessions::Renew(Exchange* exchange, const CallWish& wish
     co_return refused;
   }
   const bool is_nearly_over = read->until <= std::chrono::system_clock::now() + kRenewWithin;
-  co_return Told(*exchange, session, is_nearly_over);
+  co_return ToldSession(*exchange, session, is_nearly_over);
 }
 
 Awaitable<HttpResponse> Sessions::SignOut(Exchange* exchange, const CallWish& wish) {
