@@ -4,6 +4,7 @@
 #include <absl/strings/escaping.h>
 #include <google/protobuf/util/json_util.h>
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace sixpoint::cli {

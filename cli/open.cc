@@ -1,5 +1,6 @@
 // `sixpoint open`: the link of a thing's page.
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
 #include "cli/output.h"

@@ -2,6 +2,7 @@
 #include <charconv>
 #include <cstring>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "cli/cloud_files.h"

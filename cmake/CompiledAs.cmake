@@ -6,15 +6,16 @@ set(standard_headers <algorithm> <array> <atomic> <chrono> <cmath> <cstdint> <cs
   <map> <memory> <mutex> <optional> <set> <sstream> <string> <string_view> <thread> <utility> <vector>
   <absl/status/statusor.h>)
 set(eigen_headers <Eigen/Cholesky> <Eigen/Core> <Eigen/Eigenvalues> <Eigen/Geometry>)
+set(file_headers <filesystem> <fstream> <iomanip>)
 # What generated messages and stubs include. Whoever includes it must link gRPC: it starts the library in every source.
 set(grpc_headers <google/protobuf/extension_set.h> <google/protobuf/generated_enum_reflection.h>
   <google/protobuf/generated_message_bases.h> <google/protobuf/generated_message_reflection.h>
   <google/protobuf/generated_message_util.h> <google/protobuf/repeated_field.h> <google/protobuf/timestamp.pb.h>
   <google/protobuf/unknown_field_set.h> <grpcpp/grpcpp.h> <grpcpp/generic/async_generic_service.h>
-  <grpcpp/impl/codegen/server_callback_handlers.h> <grpcpp/impl/service_type.h> <grpcpp/support/async_stream.h>
-  <grpcpp/support/async_unary_call.h> <grpcpp/support/client_callback.h> <grpcpp/support/message_allocator.h>
-  <grpcpp/support/method_handler.h> <grpcpp/support/server_callback.h> <grpcpp/support/sync_stream.h>)
-set(cli_headers <nlohmann/json.hpp>)
+  <grpcpp/impl/codegen/proto_utils.h> <grpcpp/impl/codegen/server_callback_handlers.h> <grpcpp/impl/service_type.h>
+  <grpcpp/support/async_stream.h> <grpcpp/support/async_unary_call.h> <grpcpp/support/client_callback.h>
+  <grpcpp/support/message_allocator.h> <grpcpp/support/method_handler.h> <grpcpp/support/server_callback.h>
+  <grpcpp/support/stub_options.h> <grpcpp/support/sync_stream.h>)
 set(test_headers <gmock/gmock.h> <gtest/gtest.h> <random>)
 
 # Two thirds of a source's time are its front end's: several of one target are read as one, and their names must differ.
@@ -35,9 +36,8 @@ endfunction()
 set(compiled_fast -Og -finline-functions -finline-small-functions)
 set(SIXPOINT_KERNEL_OPTIMISATION -O3 CACHE STRING "Of metrology/; the sanitizers' presets say another")
 sixpoint_compiled_as(kernels "${SIXPOINT_KERNEL_OPTIMISATION}" 8 ${standard_headers} ${eigen_headers})
-sixpoint_compiled_as(storage "${compiled_fast}" 16 ${standard_headers})
-sixpoint_compiled_as(services "${compiled_fast}" 16 ${standard_headers} ${eigen_headers} ${grpc_headers})
-sixpoint_compiled_as(cli "${compiled_fast}" 16 ${standard_headers} ${eigen_headers} ${grpc_headers} ${cli_headers})
+sixpoint_compiled_as(storage "${compiled_fast}" 32 ${standard_headers})
+sixpoint_compiled_as(services "${compiled_fast}" 24 ${standard_headers} ${file_headers} ${eigen_headers} ${grpc_headers})
 
 # Settings of one target; the functions in SixpointTargets.cmake call it.
 function(sixpoint_compile target)

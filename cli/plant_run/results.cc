@@ -1,5 +1,7 @@
 #include "cli/plant_run/results.h"
 
+#include <nlohmann/json.hpp>
+
 #include "cli/number_format.h"
 #include "cli/output.h"
 #include "cli/reports.h"
