@@ -1,4 +1,5 @@
 // `sixpoint rejudge`: recorded verdicts judged anew, one by one or all that rest on a thing, and which of them flip.
+#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 

@@ -6,6 +6,7 @@
 
 #include "storage/blobs.h"
 #include "storage/children.h"
+#include "storage/each_row.h"
 #include "storage/postgres_results.h"
 
 namespace sixpoint::storage {
