@@ -246,8 +246,8 @@ TEST_P(BlobKeepingTest, ABucketThatIsAnothersLosesNothingAndGetsNothing) {
 // walk in the order of digests, so that they meet. In each wave the uploaders begin at another step of the collector's first
 // pass, in the last steps after it: shares of what a pass takes here and now, where a busy machine takes many times as long.
 TEST_P(BlobKeepingTest, ACollectorNeverTakesWhatAPutJustStored) {
-  const int waves = OnS3() ? 4 : 20, payload_count = OnS3() ? 15 : 40;  // S3's take their time
-  constexpr int kUploaders = 3, kMostWaves = 400, kSteps = 10;
+  const int waves = OnS3() ? 4 : 20;
+  constexpr int kUploaders = 3, kPayloads = 40, kMostWaves = 400, kSteps = 10;
   std::int64_t collected_count = 0;
   const auto collect = [&] {
     const auto began_at = std::chrono::steady_clock::now();
@@ -259,7 +259,7 @@ TEST_P(BlobKeepingTest, ACollectorNeverTakesWhatAPutJustStored) {
   for (int wave = 0; wave < waves || (collected_count <= waves && wave < kMostWaves); ++wave) {
     std::map<std::string, std::string> payloads;  // by digest
     Transaction before = Begin();
-    for (int i = 0; i < payload_count; ++i) {
+    for (int i = 0; i < kPayloads; ++i) {
       const std::string bytes = "cloud " + std::to_string(wave) + "/" + std::to_string(i);
       payloads[PutIn(before, bytes)] = bytes;
     }
