@@ -1,7 +1,7 @@
 # How the sources of a folder are compiled: each says set(SIXPOINT_COMPILED_AS kernels|...). One of these is an optimisation
 # and the headers that nearly all its sources include, compiled once. Only other people's headers, since a change of ours must not
 # compile everything anew; a source still includes what it uses. Named with <>, so that another checkout finds the same in the
-# compiler's cache.
+# compiler's cache. Neither JSON nor CLI11: what they leave to be instantiated is so in every source, used or not (docs/adr/0076).
 set(standard_headers <algorithm> <array> <atomic> <chrono> <cmath> <cstdint> <cstdio> <cstdlib> <cstring> <functional> <limits>
   <map> <memory> <mutex> <optional> <set> <sstream> <string> <string_view> <thread> <utility> <vector>
   <absl/status/statusor.h>)
