@@ -40,11 +40,14 @@ int main(int argc, char** argv) {
     portion.sensor.reserve(points);
     for (std::size_t i = 0; i < points; ++i) portion.sensor.Add(sampler.NextScanned());
   }
-  prepared.blade.normals = {};
-  prepared.blade.areas_mm2 = {};
+  prepared.blade.normals.clear();
+  prepared.blade.normals.shrink_to_fit();
+  prepared.blade.areas_mm2.clear();
+  prepared.blade.areas_mm2.shrink_to_fit();
   const double points_mb = ResidentMb("VmRSS");
   prepared.surface = bench::SurfaceOf(std::move(prepared.blade.mesh), threads);
   const double surface_mb = ResidentMb("VmRSS");
+
   const bench::TimedFit timed = bench::FitPortion(prepared, std::move(portion), threads);
   const double peak_mb = ResidentMb("VmHWM");
   prepared.blade.mesh = prepared.surface->mesh();

@@ -16,29 +16,27 @@ constexpr std::uint32_t kSteps = 64;                              // of distance
 
 }  // namespace
 
-void CandidateLister::List(const Eigen::Vector3d* centres_mm, std::size_t count, double radius_mm, double band_mm,
-                           CandidateLists* lists) {
+std::uint32_t CandidateLister::List(const Eigen::Vector3d* centres_mm, std::size_t count, double radius_mm,
+                                    double band_mm, CandidateLists* lists) {
   Eigen::AlignedBox3d box;
   for (std::size_t i = 0; i < count; ++i) box.extend(centres_mm[i]);
   const Eigen::Vector3d middle_mm = box.center();
   const double width_mm = 0.5 * box.diagonal().norm(), most_mm = (band_mm + width_mm) * kRoundedUp;
   const NearestTriangle nearest = tree_.Find(middle_mm, most_mm * most_mm, hint_);
-  if (nearest.triangle == NearestTriangle::kNone) {
-    lists->group_counts.insert(lists->group_counts.end(), count, 0);
-    return;
-  }
+  if (nearest.triangle == NearestTriangle::kNone) return 0;
   hint_ = nearest.triangle;
   // Whoever is nearest to a point of a cell is no farther from its centre than the surface, and twice the cell's radius.
   const double farthest_mm = std::min(std::sqrt(nearest.distance_squared) + width_mm, band_mm);
   tree_.FindAbout(box, (farthest_mm + 2 * radius_mm) * kRoundedUp, &items_);
   Measure(centres_mm, count, middle_mm, width_mm);
+  std::uint32_t have_one = 0;
   for (std::size_t lane = 0; lane < count; ++lane) {
     const double distance_mm = FarthestOf(lane, centres_mm[lane], band_mm);
-    if (distance_mm > band_mm)
-      lists->group_counts.push_back(0);
-    else
-      ListOne(lane, centres_mm[lane], distance_mm + 2 * radius_mm, lists);
+    if (distance_mm > band_mm) continue;
+    ListOne(lane, centres_mm[lane], distance_mm + 2 * radius_mm, lists);
+    have_one |= std::uint32_t{1} << lane;
   }
+  return have_one;
 }
 
 void CandidateLister::Measure(const Eigen::Vector3d* centres_mm, std::size_t count, const Eigen::Vector3d& middle_mm,
@@ -97,19 +95,18 @@ void CandidateLister::ListOne(std::size_t lane, const Eigen::Vector3d& centre_mm
   std::uint32_t sum = 0;
   for (std::uint32_t& of_step : next) sum += std::exchange(of_step, sum);
   const std::size_t group_count = (listed_.size() + kCandidateGroup - 1) / kCandidateGroup;
-  const std::size_t first_group = lists->group_distance.size(), first_item = lists->items.size();
-  lists->group_counts.push_back(static_cast<std::uint32_t>(group_count));
-  lists->group_distance.resize(first_group + group_count, reach);
-  lists->items.resize(first_item + kCandidateGroup * group_count, listed_.front().item);
+  in_order_.assign(kCandidateGroup * group_count, listed_.front().item);
+  group_distance_mm_.assign(group_count, reach);
   for (const ListedItem& listed : listed_) {
     const std::uint32_t at = next[listed.step]++;
-    lists->items[first_item + at] = listed.item;
-    float& distance = lists->group_distance[first_group + at / kCandidateGroup];
-    distance = std::min(distance, listed.at_least_mm);
+    in_order_[at] = listed.item;
+    float& distance_mm = group_distance_mm_[at / kCandidateGroup];
+    distance_mm = std::min(distance_mm, listed.at_least_mm);
   }
   // Those of one step stand in no order.
-  for (std::size_t group = first_group + group_count - 1; group > first_group; --group)
-    lists->group_distance[group - 1] = std::min(lists->group_distance[group - 1], lists->group_distance[group]);
+  for (std::size_t group = group_count - 1; group > 0; --group)
+    group_distance_mm_[group - 1] = std::min(group_distance_mm_[group - 1], group_distance_mm_[group]);
+  lists->Add(in_order_, group_distance_mm_);
 }
 
 }  // namespace sixpoint::metrology

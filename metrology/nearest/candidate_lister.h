@@ -6,17 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "metrology/nearest/candidates.h"
+#include "metrology/nearest/candidate_lists.h"
 #include "metrology/nearest/triangle_tree.h"
 
 namespace sixpoint::metrology {
-
-// Of cells one after the other, as `Candidates` has them.
-struct CandidateLists {
-  std::vector<std::uint32_t> group_counts;  // 0: the cell has none
-  std::vector<std::uint32_t> items;
-  std::vector<float> group_distance;  // mm
-};
 
 // Frame: the tree's. One thread's working space. What it lists depends on the cells of a call and, by what single precision rounds, on the
 // lanes' width.
@@ -26,10 +19,11 @@ class CandidateLister {
   CandidateLister(const TriangleTree& tree, const std::vector<TriangleShape>& shapes) : tree_(tree), shapes_(shapes) {}
 
   static constexpr std::size_t kMostCells = NearLanes::kMultiple;
+  static_assert(kMostCells <= 32);
   // Adds the lists of up to kMostCells cells, each within radius_mm of its centre: every triangle that can be the nearest of any point in
-  // it; none where the centre is farther than band_mm from the surface.
-  void List(const Eigen::Vector3d* centres_mm, std::size_t count, double radius_mm, double band_mm,
-            CandidateLists* lists);
+  // it. A cell with its centre farther than band_mm from the surface has none. Which have one, by bit.
+  std::uint32_t List(const Eigen::Vector3d* centres_mm, std::size_t count, double radius_mm, double band_mm,
+                     CandidateLists* lists);
 
  private:
   void Measure(const Eigen::Vector3d* centres_mm, std::size_t count, const Eigen::Vector3d& middle_mm, double width_mm);
@@ -52,6 +46,8 @@ class CandidateLister {
   NearLanes lanes_;
   std::vector<LaneBlock> squared_;  // by item, the centres side by side
   std::vector<ListedItem> listed_;
+  std::vector<std::uint32_t> in_order_;  // of one cell
+  std::vector<float> group_distance_mm_;
 };
 
 }  // namespace sixpoint::metrology

@@ -48,7 +48,11 @@ class PairTaker {
 }  // namespace
 
 NearBatch::NearBatch(const TriangleTree& tree, const NearCells& cells)
-    : tree_(tree), cells_(cells), lanes_(std::make_unique<NearLanes>()), pairs_(std::make_unique<PairLanes>()) {}
+    : tree_(tree),
+      cells_(cells),
+      lanes_(std::make_unique<NearLanes>()),
+      pairs_(std::make_unique<PairLanes>()),
+      about_(cells.cell_width_mm()) {}
 
 void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::size_t count, double limit_squared,
                      NearestTriangle* nearest) {
@@ -74,10 +78,10 @@ void NearBatch::FindAround(const Eigen::Vector3d* queries, std::size_t count, do
     return;
   }
   while (items_.size() % kCandidateGroup != 0) items_.push_back(items_.front());
-  group_distance_.assign(items_.size() / kCandidateGroup, 0);  // all are looked up
-  FindAmong({centre, static_cast<float>(radius_mm), items_.data(), group_distance_.data(),
-             static_cast<std::uint32_t>(group_distance_.size())},
-            queries, count, limit_squared, nearest);
+  group_distances_mm_.assign(items_.size() / kCandidateGroup, 0);  // all are looked up
+  about_.Clear();
+  about_.Add(items_, group_distances_mm_);
+  FindAmong({centre, static_cast<float>(radius_mm), about_[0]}, queries, count, limit_squared, nearest);
 }
 
 float NearBatch::LayOut(const Candidates& candidates, const Eigen::Vector3d* queries, std::size_t count) {
@@ -96,7 +100,8 @@ float NearBatch::LayOut(const Candidates& candidates, const Eigen::Vector3d* que
 NearBatch::Measured NearBatch::Measure(const Candidates& candidates, float from_centre, std::size_t count) {
   const MeasureTriangle measure = MeasureOf(UsedLaneWidth());
   NearLanes& lanes = *lanes_;
-  const std::uint32_t *items = candidates.items, item_count = kCandidateGroup * candidates.group_count;
+  const CandidateList& list = candidates.list;
+  const std::uint32_t item_count = list.item_count();
   const std::size_t blocks = width_ / NearLanes::kMultiple;
   if (squared_.size() < item_count * blocks) squared_.resize(item_count * blocks);
   if (tolerances_.size() < item_count) tolerances_.resize(item_count);
@@ -104,24 +109,26 @@ NearBatch::Measured NearBatch::Measure(const Candidates& candidates, float from_
     __builtin_prefetch(&cells_.shape(item));
     __builtin_prefetch(&tree_.corner(tree_.items()[item], 0));
   };
-  for (std::uint32_t k = 0; k < std::min(kItemsAhead, item_count); ++k) __builtin_prefetch(&tree_.items()[items[k]]);
-  for (std::uint32_t k = 0; k < std::min(kShapesAhead, item_count); ++k) fetch(items[k]);
+  for (std::uint32_t k = 0; k < std::min(kItemsAhead, item_count); ++k)
+    __builtin_prefetch(&tree_.items()[list.item(k)]);
+  for (std::uint32_t k = 0; k < std::min(kShapesAhead, item_count); ++k) fetch(list.item(k));
   Measured measured;
-  for (std::uint32_t group = 0; group < candidates.group_count; ++group) {
-    const float at_least = candidates.group_distance[group] - from_centre - 2 * measured.tolerance;
+  for (std::uint32_t group = 0; group < list.group_count; ++group) {
+    const float at_least = list.group_distance_mm(group) - from_centre - 2 * measured.tolerance;
     if (at_least > 0) {
       const float farthest = *std::max_element(lanes.least, lanes.least + count);
       if (at_least * at_least * (1 - 1e-6f) > farthest) break;
     }
     for (std::uint32_t k = 0; k < kCandidateGroup; ++k) {
       const std::uint32_t used = measured.used++;
-      const TriangleShape& shape = cells_.shape(items[used]);
-      if (used + kItemsAhead < item_count) __builtin_prefetch(&tree_.items()[items[used + kItemsAhead]]);
-      if (used + kShapesAhead < item_count) fetch(items[used + kShapesAhead]);
-      const Eigen::Vector3f a = (tree_.corner(tree_.items()[items[used]], 0) - candidates.centre).cast<float>();
+      const std::uint32_t item = list.item(used);
+      const TriangleShape& shape = cells_.shape(item);
+      if (used + kItemsAhead < item_count) __builtin_prefetch(&tree_.items()[list.item(used + kItemsAhead)]);
+      if (used + kShapesAhead < item_count) fetch(list.item(used + kShapesAhead));
+      const Eigen::Vector3f a = (tree_.corner(tree_.items()[item], 0) - candidates.centre).cast<float>();
       tolerances_[used] = ToleranceOf(shape, a, candidates.width_mm);
       measured.tolerance = std::max(measured.tolerance, tolerances_[used]);
-      measure(shape, a.x(), a.y(), a.z(), used, width_, &lanes, &squared_[used * blocks]);
+      measure(shape, a.x(), a.y(), a.z(), used, count, &lanes, &squared_[used * blocks]);
     }
   }
   return measured;
@@ -144,12 +151,12 @@ void NearBatch::FindAmong(const Candidates& candidates, const Eigen::Vector3d* q
       return squared <= within * within * (1 + 1e-6f);
     };
     if (!may_be_within(lanes_->second[i], tolerance)) {
-      taker.Take(i, candidates.items[lanes_->nearest[i]]);
+      taker.Take(i, candidates.list.item(lanes_->nearest[i]));
       continue;
     }
     for (std::uint32_t k = 0; k < used; ++k) {
       const float squared = squared_[k * blocks + i / NearLanes::kMultiple].at[i % NearLanes::kMultiple];
-      if (may_be_within(squared, tolerances_[k])) taker.Take(i, candidates.items[k]);
+      if (may_be_within(squared, tolerances_[k])) taker.Take(i, candidates.list.item(k));
     }
   }
   taker.Flush();

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "metrology/nearest/candidate_lists.h"
 #include "metrology/nearest/near_cells.h"
 #include "metrology/nearest/pair_lanes.h"
 #include "metrology/nearest/triangle_tree.h"
@@ -42,11 +43,12 @@ class NearBatch {
   const NearCells& cells_;
   std::unique_ptr<NearLanes> lanes_;
   std::unique_ptr<PairLanes> pairs_;
-  std::size_t width_ = 0;           // of the lanes in use, padded
-  std::vector<LaneBlock> squared_;  // by candidate and lane
-  std::vector<float> tolerances_;   // by candidate
-  std::vector<std::uint32_t> items_;
-  std::vector<float> group_distance_;
+  std::size_t width_ = 0;             // of the lanes in use, padded
+  std::vector<LaneBlock> squared_;    // by candidate and lane
+  std::vector<float> tolerances_;     // by candidate
+  std::vector<std::uint32_t> items_;  // about points of no cell
+  std::vector<float> group_distances_mm_;
+  CandidateLists about_;
 };
 
 }  // namespace sixpoint::metrology

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "metrology/nearest/candidate_lister.h"
 #include "metrology/parallel/loops.h"
@@ -11,20 +12,42 @@
 namespace sixpoint::metrology {
 namespace {
 
-constexpr int kKeyBits = 21;                         // of each coordinate
-constexpr std::uint64_t kNoKey = ~std::uint64_t{1};  // of no cell
-constexpr double kGreatestCellsAcross = (1 << kKeyBits) - 2;
+// A cell's key: which block along each axis, and which place in it.
+constexpr int kBlockBits = 19, kPlaceBits = 2;                         // of each coordinate
+constexpr std::uint64_t kNoKey = ~std::uint64_t{1} << 3 * kPlaceBits;  // of no cell
+constexpr double kGreatestCellsAcross = (1 << (kBlockBits + kPlaceBits)) - 2;
 // Cells of about the mean triangle's edge hold some tens of candidates.
 constexpr double kEdgesPerCell = 1.6;
 // Slivers have no area, but a length: of all triangles together no more cells than this along each.
 constexpr double kCellsAlong = 6;
 constexpr double kLeastCellMm = 0.02;
 constexpr std::size_t kTouchedAtATime = std::size_t{1} << 18;  // cells touched more than once
-constexpr std::size_t kListedAtATime = std::size_t{1} << 13;
+constexpr std::size_t kListedAtATime = std::size_t{1} << 13, kRoomOfCell = 64;
 
 std::uint64_t KeyOf(const Eigen::Array3i& cell) {
-  return static_cast<std::uint64_t>(cell[0]) << (2 * kKeyBits) | static_cast<std::uint64_t>(cell[1]) << kKeyBits |
-         static_cast<std::uint64_t>(cell[2]);
+  constexpr int kPlace = (1 << kPlaceBits) - 1;
+  std::uint64_t key = 0;
+  for (int k = 0; k < 3; ++k) key = key << kBlockBits | static_cast<std::uint64_t>(cell[k] >> kPlaceBits);
+  for (int k = 0; k < 3; ++k) key = key << kPlaceBits | static_cast<std::uint64_t>(cell[k] & kPlace);
+  return key;
+}
+std::uint64_t BlockOf(std::uint64_t key) { return key >> 3 * kPlaceBits; }
+std::uint64_t BitOf(std::uint64_t key) { return std::uint64_t{1} << (key & ((1 << 3 * kPlaceBits) - 1)); }
+
+// As std::popcount, which is a library call on the processors that we build for.
+std::uint32_t CountBits(std::uint64_t bits) {
+  bits -= bits >> 1 & 0x5555555555555555ULL;
+  bits = (bits & 0x3333333333333333ULL) + (bits >> 2 & 0x3333333333333333ULL);
+  bits = (bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0fULL;
+  return static_cast<std::uint32_t>(bits * 0x0101010101010101ULL >> 56);
+}
+
+// The given bits of each number in turn, the last first.
+Eigen::Vector3d Unpacked(std::uint64_t packed, int bits) {
+  Eigen::Vector3d numbers;
+  for (int k = 2; k >= 0; --k, packed >>= bits)
+    numbers[k] = static_cast<double>(packed & ((std::uint64_t{1} << bits) - 1));
+  return numbers;
 }
 
 void SortUnique(std::vector<std::uint64_t>* keys) {
@@ -32,7 +55,7 @@ void SortUnique(std::vector<std::uint64_t>* keys) {
   keys->erase(std::unique(keys->begin(), keys->end()), keys->end());
 }
 
-std::size_t HashOf(std::uint64_t key) { return static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ULL) >> 20); }
+std::size_t HashOf(std::uint64_t block) { return static_cast<std::size_t>((block * 0x9e3779b97f4a7c15ULL) >> 20); }
 
 }  // namespace
 
@@ -44,6 +67,7 @@ struct NearCells::Listed {
 NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_count)
     : tree_(tree), covered_mm_(covered_mm) {
   FindShapes();
+  lists_ = NoLists();
   ListEach(CellsNearSurface(thread_count), thread_count);
 }
 
@@ -96,11 +120,18 @@ std::vector<std::uint64_t> NearCells::CellsNearSurface(int thread_count) const {
   return touched;
 }
 
+// No candidate is farther from its cell's centre than a centre of the band from the surface and the cell's diagonal.
+CandidateLists NearCells::NoLists() const {
+  return CandidateLists(static_cast<float>(covered_mm_ + 3.01 * radius_mm()));
+}
+
 // Those of the keys that have candidates, with them.
 NearCells::Listed NearCells::List(const std::uint64_t* keys, std::size_t count) const {
   constexpr double kAcross = 4;  // cells that are listed together: they share most of their candidates
   const double band_mm = covered_mm_ + radius_mm();  // of the centre of a cell that holds a covered point
-  Listed listed;
+  Listed listed{{}, NoLists()};
+  // More than most surfaces' lists take: what is not written takes no memory, and what grew step by step would stay in the heap.
+  listed.lists.Reserve(count, kRoomOfCell * count);
   CandidateLister lister(tree_, shapes_);
   std::array<Eigen::Vector3d, CandidateLister::kMostCells> centres_mm;
   for (std::size_t from = 0, together; from < count; from += together) {
@@ -110,56 +141,56 @@ NearCells::Listed NearCells::List(const std::uint64_t* keys, std::size_t count) 
       box.extend(centres_mm[together]);
       if (together > 0 && box.sizes().maxCoeff() > kAcross * cell_mm_) break;
     }
-    lister.List(centres_mm.data(), together, radius_mm(), band_mm, &listed.lists);
-    for (std::size_t i = from; i < from + together; ++i)
-      if (listed.lists.group_counts[i] > 0) listed.keys.push_back(keys[i]);
+    const std::uint32_t have_one = lister.List(centres_mm.data(), together, radius_mm(), band_mm, &listed.lists);
+    for (std::size_t i = 0; i < together; ++i)
+      if (have_one >> i & 1) listed.keys.push_back(keys[from + i]);
   }
   return listed;
 }
 
 void NearCells::ListEach(const std::vector<std::uint64_t>& touched, int thread_count) {
-  std::vector<Listed> parts =
-      OfEachChunk<Listed>(touched.size(), kListedAtATime, thread_count,
-                          [&](std::size_t begin, std::size_t end) { return List(&touched[begin], end - begin); });
-  std::size_t cell_count = 0, group_count = 0;
-  for (const Listed& part : parts) {
-    cell_count += part.keys.size();
-    group_count += part.lists.group_distance.size();
+  std::vector<std::optional<Listed>> parts = OfEachChunk<std::optional<Listed>>(
+      touched.size(), kListedAtATime, thread_count,
+      [&](std::size_t begin, std::size_t end) { return List(&touched[begin], end - begin); });
+  std::size_t cell_count = 0, slot_count = 0;
+  for (const std::optional<Listed>& part : parts) {
+    cell_count += part->keys.size();
+    slot_count += part->lists.slot_count();
   }
   std::vector<std::uint64_t> keys;
   keys.reserve(cell_count);
-  first_.reserve(cell_count + 1);
-  items_.reserve(kCandidateGroup * group_count);
-  group_distance_.reserve(group_count);
-  first_.push_back(0);
-  for (Listed& part : parts) {
-    keys.insert(keys.end(), part.keys.begin(), part.keys.end());
-    for (const std::uint32_t groups : part.lists.group_counts)
-      if (groups > 0) first_.push_back(first_.back() + groups);
-    items_.insert(items_.end(), part.lists.items.begin(), part.lists.items.end());
-    group_distance_.insert(group_distance_.end(), part.lists.group_distance.begin(), part.lists.group_distance.end());
-    part = {};
+  lists_.Reserve(cell_count, slot_count);
+  for (std::optional<Listed>& part : parts) {
+    keys.insert(keys.end(), part->keys.begin(), part->keys.end());
+    lists_.Append(part->lists);
+    part.reset();
   }
   MakeTable(keys);
 }
 
 void NearCells::MakeTable(const std::vector<std::uint64_t>& keys) {
-  std::size_t slots = 16;
-  while (slots < 2 * keys.size()) slots *= 2;
-  slots_.assign(slots, {});
+  std::size_t block_count = 0, slots = 16;
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    if (i == 0 || BlockOf(keys[i]) != BlockOf(keys[i - 1])) ++block_count;
+  while (slots < 2 * block_count) slots *= 2;
+  blocks_.assign(slots, {});
   centres_mm_.reserve(keys.size());
+  Block* block = nullptr;
   for (std::uint32_t cell = 0; cell < keys.size(); ++cell) {
-    std::size_t slot = HashOf(keys[cell]) & (slots - 1);
-    while (slots_[slot].key != 0) slot = (slot + 1) & (slots - 1);
-    slots_[slot] = {keys[cell] + 1, cell};
+    const std::uint64_t key = BlockOf(keys[cell]) + 1;
+    if (block == nullptr || block->key != key) {
+      std::size_t slot = HashOf(key - 1) & (slots - 1);
+      while (blocks_[slot].key != 0) slot = (slot + 1) & (slots - 1);
+      block = &blocks_[slot];
+      *block = {key, 0, cell};
+    }
+    block->cells |= BitOf(keys[cell]);
     centres_mm_.push_back(CentreOf(keys[cell]));
   }
 }
 
 Eigen::Vector3d NearCells::CentreOf(std::uint64_t key) const {
-  constexpr std::uint64_t kMask = (std::uint64_t{1} << kKeyBits) - 1;
-  const Eigen::Vector3d cell(static_cast<double>(key >> (2 * kKeyBits)), static_cast<double>(key >> kKeyBits & kMask),
-                             static_cast<double>(key & kMask));
+  const Eigen::Vector3d cell = (1 << kPlaceBits) * Unpacked(BlockOf(key), kBlockBits) + Unpacked(key, kPlaceBits);
   return low_mm_ + cell_mm_ * (cell.array() + 0.5).matrix();
 }
 
@@ -191,7 +222,7 @@ void NearCells::CellsAt(const Eigen::Vector3d* points_mm, std::size_t count, std
     const Eigen::Array3d at = ((points_mm[i] - low_mm_) * per_cell_).array();
     const bool inside = (at >= 0).all() && (at < kGreatestCellsAcross).all();
     keys[i] = inside ? KeyOf(at.cast<int>()) : kNoKey;
-    __builtin_prefetch(&slots_[HashOf(keys[i]) & (slots_.size() - 1)]);
+    __builtin_prefetch(&blocks_[HashOf(BlockOf(keys[i])) & (blocks_.size() - 1)]);
   }
   // A scan's neighbours often share a cell, and where it sees two walls the one before the last does.
   for (std::size_t i = 0; i < count; ++i) {
@@ -205,22 +236,24 @@ void NearCells::CellsAt(const Eigen::Vector3d* points_mm, std::size_t count, std
 }
 
 std::uint32_t NearCells::Find(std::uint64_t key) const {
-  const std::size_t last = slots_.size() - 1;
-  for (std::size_t slot = HashOf(key) & last; slots_[slot].key != 0; slot = (slot + 1) & last)
-    if (slots_[slot].key == key + 1) return slots_[slot].cell;
+  const std::size_t last = blocks_.size() - 1;
+  const std::uint64_t block_key = BlockOf(key), bit = BitOf(key);
+  for (std::size_t slot = HashOf(block_key) & last; blocks_[slot].key != 0; slot = (slot + 1) & last) {
+    const Block& block = blocks_[slot];
+    if (block.key != block_key + 1) continue;
+    if ((block.cells & bit) == 0) return kNoCell;
+    return block.first_cell + CountBits(block.cells & (bit - 1));
+  }
   return kNoCell;
 }
 
 std::size_t NearCells::memory_bytes() const {
-  return shapes_.capacity() * sizeof(TriangleShape) + slots_.capacity() * sizeof(Slot) +
-         sizeof(std::uint32_t) * (first_.capacity() + items_.capacity() + group_distance_.capacity()) +
+  return shapes_.capacity() * sizeof(TriangleShape) + blocks_.capacity() * sizeof(Block) + lists_.memory_bytes() +
          centres_mm_.capacity() * sizeof(Eigen::Vector3d);
 }
 
 Candidates NearCells::CandidatesOf(std::uint32_t cell) const {
-  const std::uint32_t first = first_[cell];
-  return {centres_mm_[cell], cell_width_mm(), &items_[std::size_t{kCandidateGroup} * first], &group_distance_[first],
-          first_[cell + 1] - first};
+  return {centres_mm_[cell], cell_width_mm(), lists_[cell]};
 }
 
 }  // namespace sixpoint::metrology

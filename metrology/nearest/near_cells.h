@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "metrology/nearest/candidates.h"
+#include "metrology/nearest/candidate_lists.h"
 #include "metrology/nearest/triangle_tree.h"
 
 namespace sixpoint::metrology {
@@ -19,7 +19,7 @@ class NearCells {
 
   double covered_mm() const { return covered_mm_; }
   float cell_width_mm() const { return static_cast<float>(cell_mm_); }
-  std::size_t cell_count() const { return first_.size() - 1; }
+  std::size_t cell_count() const { return lists_.size(); }
   std::size_t memory_bytes() const;
 
   static constexpr std::uint32_t kNoCell = 0xffffffff;
@@ -33,6 +33,7 @@ class NearCells {
 
  private:
   struct Listed;  // cells with their candidates
+  CandidateLists NoLists() const;
 
   void FindShapes();  // and from them how wide cells are, and from where on they are counted
   std::vector<std::uint64_t> CellsNearSurface(int thread_count) const;
@@ -53,17 +54,16 @@ class NearCells {
   double cell_mm_ = 0, per_cell_ = 0;
   Eigen::Vector3d low_mm_;
   std::vector<TriangleShape> shapes_;  // of the tree's items
-  // Hash table, open addressing.
-  struct Slot {
-    std::uint64_t key = 0;  // and 1; 0: free
-    std::uint32_t cell = kNoCell;
+  // Blocks of 4 x 4 x 4 cells in a hash table with open addressing, small enough for a processor's nearer caches. Cells are numbered block
+  // by block, in each by their place.
+  struct alignas(32) Block {
+    std::uint64_t key = 0;    // and 1; 0: free
+    std::uint64_t cells = 0;  // that it has, by bit
+    std::uint32_t first_cell = 0;
   };
-  std::vector<Slot> slots_;
-  // By cell: its items, about its centre.
-  std::vector<std::uint32_t> first_;  // group
-  std::vector<std::uint32_t> items_;
-  std::vector<float> group_distance_;
-  Points centres_mm_;  // of the cells
+  std::vector<Block> blocks_;
+  CandidateLists lists_;  // by cell
+  Points centres_mm_;     // of the cells
 };
 
 }  // namespace sixpoint::metrology

@@ -40,8 +40,8 @@ struct alignas(64) LaneBlock {
   float at[NearLanes::kMultiple];
 };
 
-// Puts the squared distances of the first `count` lanes (a multiple of kMultiple) to a triangle with its first corner at
-// (ax, ay, az), and keeps the least and second of each lane.
+// Puts the squared distances of the first `count` lanes (and of those after them that fill a vector) to a triangle with its first corner
+// at (ax, ay, az), and keeps the least and second of each lane.
 using MeasureTriangle = void (*)(const TriangleShape& shape, float ax, float ay, float az, std::uint32_t candidate,
                                  std::size_t count, NearLanes* lanes, LaneBlock* squared);
 MeasureTriangle MeasureOf(LaneWidth width);

@@ -72,7 +72,8 @@ void ExpectTheSame(const std::vector<NearestTriangle>& found, const std::vector<
 TEST(NearestSearch, EveryWidthOfLanesGivesTheBitsOfTheTree) {
   const TriangleMesh good = shapes::Blade(60, 50, Vector3d::Zero());
   const TriangleMesh slivers = shapes::Blade(300, 3, Vector3d::Zero());  // a hundred times as long as wide, and fans
-  for (const TriangleMesh* mesh : {&good, &slivers}) {
+  const TriangleMesh many = shapes::Blade(300, 250, Vector3d::Zero());   // lists whose items take two bytes and four
+  for (const TriangleMesh* mesh : {&good, &slivers, &many}) {
     const NearestSearch search(mesh->vertices_mm, mesh->triangles);
     const Points queries = Queries(*mesh);
     for (const double limit_mm : {0.02, 0.3, kInfinity}) {
