@@ -55,8 +55,6 @@ void SortUnique(std::vector<std::uint64_t>* keys) {
   keys->erase(std::unique(keys->begin(), keys->end()), keys->end());
 }
 
-std::size_t HashOf(std::uint64_t block) { return static_cast<std::size_t>((block * 0x9e3779b97f4a7c15ULL) >> 20); }
-
 }  // namespace
 
 struct NearCells::Listed {
@@ -169,18 +167,20 @@ void NearCells::ListEach(const std::vector<std::uint64_t>& touched, int thread_c
 }
 
 void NearCells::MakeTable(const std::vector<std::uint64_t>& keys) {
-  std::size_t block_count = 0, slots = 16;
+  std::size_t block_count = 0;
   for (std::size_t i = 0; i < keys.size(); ++i)
     if (i == 0 || BlockOf(keys[i]) != BlockOf(keys[i - 1])) ++block_count;
-  while (slots < 2 * block_count) slots *= 2;
-  blocks_.assign(slots, {});
+  int slot_bits = 4;
+  while (std::size_t{1} << slot_bits < 2 * block_count) ++slot_bits;
+  blocks_.assign(std::size_t{1} << slot_bits, {});
+  slot_shift_ = 64 - slot_bits;
   centres_mm_.reserve(keys.size());
   Block* block = nullptr;
   for (std::uint32_t cell = 0; cell < keys.size(); ++cell) {
     const std::uint64_t key = BlockOf(keys[cell]) + 1;
     if (block == nullptr || block->key != key) {
-      std::size_t slot = HashOf(key - 1) & (slots - 1);
-      while (blocks_[slot].key != 0) slot = (slot + 1) & (slots - 1);
+      std::size_t slot = SlotOf(key - 1);
+      while (blocks_[slot].key != 0) slot = (slot + 1) & (blocks_.size() - 1);
       block = &blocks_[slot];
       *block = {key, 0, cell};
     }
@@ -222,7 +222,7 @@ void NearCells::CellsAt(const Eigen::Vector3d* points_mm, std::size_t count, std
     const Eigen::Array3d at = ((points_mm[i] - low_mm_) * per_cell_).array();
     const bool inside = (at >= 0).all() && (at < kGreatestCellsAcross).all();
     keys[i] = inside ? KeyOf(at.cast<int>()) : kNoKey;
-    __builtin_prefetch(&blocks_[HashOf(BlockOf(keys[i])) & (blocks_.size() - 1)]);
+    __builtin_prefetch(&blocks_[SlotOf(BlockOf(keys[i]))]);
   }
   // A scan's neighbours often share a cell, and where it sees two walls the one before the last does.
   for (std::size_t i = 0; i < count; ++i) {
@@ -238,7 +238,7 @@ void NearCells::CellsAt(const Eigen::Vector3d* points_mm, std::size_t count, std
 std::uint32_t NearCells::Find(std::uint64_t key) const {
   const std::size_t last = blocks_.size() - 1;
   const std::uint64_t block_key = BlockOf(key), bit = BitOf(key);
-  for (std::size_t slot = HashOf(block_key) & last; blocks_[slot].key != 0; slot = (slot + 1) & last) {
+  for (std::size_t slot = SlotOf(block_key); blocks_[slot].key != 0; slot = (slot + 1) & last) {
     const Block& block = blocks_[slot];
     if (block.key != block_key + 1) continue;
     if ((block.cells & bit) == 0) return kNoCell;

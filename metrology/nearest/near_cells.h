@@ -48,6 +48,10 @@ class NearCells {
   void Touch(const IndexedTriangle& item, const Eigen::Array3i& first, const Eigen::Array3i& last,
              std::vector<std::uint64_t>* touched) const;
   std::uint32_t Find(std::uint64_t key) const;
+  // Where a block is looked for first. Of the product only the uppermost bits depend on all of the block's.
+  std::size_t SlotOf(std::uint64_t block) const {
+    return static_cast<std::size_t>(block * 0x9e3779b97f4a7c15ULL >> slot_shift_);
+  }
 
   const TriangleTree& tree_;
   double covered_mm_;
@@ -62,6 +66,7 @@ class NearCells {
     std::uint32_t first_cell = 0;
   };
   std::vector<Block> blocks_;
+  int slot_shift_ = 0;
   CandidateLists lists_;  // by cell
   Points centres_mm_;     // of the cells
 };
