@@ -47,7 +47,6 @@ int main(int argc, char** argv) {
   const double points_mb = ResidentMb("VmRSS");
   prepared.surface = bench::SurfaceOf(std::move(prepared.blade.mesh), threads);
   const double surface_mb = ResidentMb("VmRSS");
-
   const bench::TimedFit timed = bench::FitPortion(prepared, std::move(portion), threads);
   const double peak_mb = ResidentMb("VmHWM");
   prepared.blade.mesh = prepared.surface->mesh();

@@ -9,39 +9,39 @@
 
 namespace sixpoint::metrology {
 
-// An item takes two bytes where all of its list are within 65,536 of each other (neighbours are, in the tree's order), else four; a
-// group's distance one. Read by any number of threads.
+// An item takes two bytes where all of its list are less than 65,536 apart (neighbours are, in the tree's order), else four; a group's
+// distance one. Read by any number of threads.
 class CandidateLists {
  public:
-  // farthest_mm: of what distances are, more than 0.
-  explicit CandidateLists(float farthest_mm = 1) : step_mm_(farthest_mm / kSteps) {}
+  // No group's distance is more than farthest_mm, which is more than 0: one that is would be told as no more than it.
+  explicit CandidateLists(float farthest_mm) : step_mm_(farthest_mm / kDistanceSteps) {}
 
   // Adds one: its items in whole groups, and the distance of each group.
   void Add(const std::vector<std::uint32_t>& items, const std::vector<float>& group_distances_mm);
-  // Adds those of another with the same farthest_mm.
+  // Adds those of another, whose distances are told in the same steps.
   void Append(const CandidateLists& other);
-  void Reserve(std::size_t list_count, std::size_t slot_count);
+  void Reserve(std::size_t list_count, std::size_t unit_count);
   void Clear();
 
   std::size_t size() const { return lists_.size(); }
-  std::size_t slot_count() const {
-    return steps_.size();
-  }  // that all take: one for a group, two for one of four bytes an item
+  // That all take: one for a group of four, two for one whose items take four bytes.
+  std::size_t unit_count() const { return steps_.size(); }
   std::size_t memory_bytes() const;
 
   CandidateList operator[](std::size_t list) const;
 
  private:
-  static constexpr float kSteps = 255;
+  static constexpr float kDistanceSteps = 255;
   struct List {
-    std::uint32_t first_slot, least_item;
+    std::uint32_t first_unit, least_item;
     bool wide;
   };
   float step_mm_;
   std::vector<List> lists_;
-  std::vector<std::uint16_t>
-      halves_;  // of items: kCandidateGroup of each slot; of a wide list first all lower halves, then all upper
-  std::vector<std::uint8_t> steps_;  // by slot; of a wide list the first half of them is in use
+  // kCandidateGroup for each unit; of a wide list first the lower halves of all its items, then the upper.
+  std::vector<std::uint16_t> halves_;
+  // One for each unit; of a wide list those in the first half tell its groups' distances.
+  std::vector<std::uint8_t> steps_;
 };
 
 }  // namespace sixpoint::metrology

@@ -48,11 +48,7 @@ class PairTaker {
 }  // namespace
 
 NearBatch::NearBatch(const TriangleTree& tree, const NearCells& cells)
-    : tree_(tree),
-      cells_(cells),
-      lanes_(std::make_unique<NearLanes>()),
-      pairs_(std::make_unique<PairLanes>()),
-      about_(cells.cell_width_mm()) {}
+    : tree_(tree), cells_(cells), lanes_(std::make_unique<NearLanes>()), pairs_(std::make_unique<PairLanes>()) {}
 
 void NearBatch::Find(std::uint32_t cell, const Eigen::Vector3d* queries, std::size_t count, double limit_squared,
                      NearestTriangle* nearest) {

@@ -48,7 +48,7 @@ class NearBatch {
   std::vector<float> tolerances_;     // by candidate
   std::vector<std::uint32_t> items_;  // about points of no cell
   std::vector<float> group_distances_mm_;
-  CandidateLists about_;
+  CandidateLists about_{1};  // one list; its distances are all 0
 };
 
 }  // namespace sixpoint::metrology

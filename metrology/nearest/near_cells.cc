@@ -13,8 +13,8 @@ namespace sixpoint::metrology {
 namespace {
 
 // A cell's key: which block along each axis, and which place in it.
-constexpr int kBlockBits = 19, kPlaceBits = 2;                         // of each coordinate
-constexpr std::uint64_t kNoKey = ~std::uint64_t{1} << 3 * kPlaceBits;  // of no cell
+constexpr int kBlockBits = 19, kPlaceBits = 2;       // of each coordinate
+constexpr std::uint64_t kNoKey = ~std::uint64_t{0};  // of no cell
 constexpr double kGreatestCellsAcross = (1 << (kBlockBits + kPlaceBits)) - 2;
 // Cells of about the mean triangle's edge hold some tens of candidates.
 constexpr double kEdgesPerCell = 1.6;
@@ -22,7 +22,10 @@ constexpr double kEdgesPerCell = 1.6;
 constexpr double kCellsAlong = 6;
 constexpr double kLeastCellMm = 0.02;
 constexpr std::size_t kTouchedAtATime = std::size_t{1} << 18;  // cells touched more than once
-constexpr std::size_t kListedAtATime = std::size_t{1} << 13, kRoomOfCell = 64;
+constexpr std::size_t kListedAtATime = std::size_t{1} << 13;
+// Units of lists that a piece has room for, more than most take: what is not written takes no memory, and a piece of 6 MB is given back as one
+// (services/registration/fit_memory.h), where one that grew step by step would leave its steps in the heap.
+constexpr std::size_t kRoomOfCell = 96;
 
 std::uint64_t KeyOf(const Eigen::Array3i& cell) {
   constexpr int kPlace = (1 << kPlaceBits) - 1;
@@ -65,7 +68,6 @@ struct NearCells::Listed {
 NearCells::NearCells(const TriangleTree& tree, double covered_mm, int thread_count)
     : tree_(tree), covered_mm_(covered_mm) {
   FindShapes();
-  lists_ = NoLists();
   ListEach(CellsNearSurface(thread_count), thread_count);
 }
 
@@ -128,7 +130,7 @@ NearCells::Listed NearCells::List(const std::uint64_t* keys, std::size_t count) 
   constexpr double kAcross = 4;  // cells that are listed together: they share most of their candidates
   const double band_mm = covered_mm_ + radius_mm();  // of the centre of a cell that holds a covered point
   Listed listed{{}, NoLists()};
-  // More than most surfaces' lists take: what is not written takes no memory, and what grew step by step would stay in the heap.
+  listed.keys.reserve(count);
   listed.lists.Reserve(count, kRoomOfCell * count);
   CandidateLister lister(tree_, shapes_);
   std::array<Eigen::Vector3d, CandidateLister::kMostCells> centres_mm;
@@ -150,17 +152,18 @@ void NearCells::ListEach(const std::vector<std::uint64_t>& touched, int thread_c
   std::vector<std::optional<Listed>> parts = OfEachChunk<std::optional<Listed>>(
       touched.size(), kListedAtATime, thread_count,
       [&](std::size_t begin, std::size_t end) { return List(&touched[begin], end - begin); });
-  std::size_t cell_count = 0, slot_count = 0;
+  std::size_t cell_count = 0, unit_count = 0;
   for (const std::optional<Listed>& part : parts) {
     cell_count += part->keys.size();
-    slot_count += part->lists.slot_count();
+    unit_count += part->lists.unit_count();
   }
   std::vector<std::uint64_t> keys;
   keys.reserve(cell_count);
-  lists_.Reserve(cell_count, slot_count);
+  lists_.emplace(NoLists());
+  lists_->Reserve(cell_count, unit_count);
   for (std::optional<Listed>& part : parts) {
     keys.insert(keys.end(), part->keys.begin(), part->keys.end());
-    lists_.Append(part->lists);
+    lists_->Append(part->lists);
     part.reset();
   }
   MakeTable(keys);
@@ -248,12 +251,12 @@ std::uint32_t NearCells::Find(std::uint64_t key) const {
 }
 
 std::size_t NearCells::memory_bytes() const {
-  return shapes_.capacity() * sizeof(TriangleShape) + blocks_.capacity() * sizeof(Block) + lists_.memory_bytes() +
+  return shapes_.capacity() * sizeof(TriangleShape) + blocks_.capacity() * sizeof(Block) + lists_->memory_bytes() +
          centres_mm_.capacity() * sizeof(Eigen::Vector3d);
 }
 
 Candidates NearCells::CandidatesOf(std::uint32_t cell) const {
-  return {centres_mm_[cell], cell_width_mm(), lists_[cell]};
+  return {centres_mm_[cell], cell_width_mm(), (*lists_)[cell]};
 }
 
 }  // namespace sixpoint::metrology

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "metrology/nearest/candidate_lists.h"
@@ -19,7 +20,7 @@ class NearCells {
 
   double covered_mm() const { return covered_mm_; }
   float cell_width_mm() const { return static_cast<float>(cell_mm_); }
-  std::size_t cell_count() const { return lists_.size(); }
+  std::size_t cell_count() const { return lists_->size(); }
   std::size_t memory_bytes() const;
 
   static constexpr std::uint32_t kNoCell = 0xffffffff;
@@ -67,8 +68,8 @@ class NearCells {
   };
   std::vector<Block> blocks_;
   int slot_shift_ = 0;
-  CandidateLists lists_;  // by cell
-  Points centres_mm_;     // of the cells
+  std::optional<CandidateLists> lists_;  // by cell; once it is known how wide cells are
+  Points centres_mm_;                    // of the cells
 };
 
 }  // namespace sixpoint::metrology

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -69,10 +70,22 @@ void ExpectTheSame(const std::vector<NearestTriangle>& found, const std::vector<
   }
 }
 
+// Of two bytes an item, and of four.
+void ExpectListsOfBothKinds(const TriangleMesh& mesh) {
+  const TriangleTree tree(mesh.vertices_mm, mesh.triangles);
+  const NearCells cells(tree, 0.1, 2);
+  std::array<std::size_t, 2> count{};
+  for (std::uint32_t cell = 0; cell < cells.cell_count(); ++cell)
+    ++count[cells.CandidatesOf(cell).list.high == nullptr ? 0 : 1];
+  EXPECT_GT(count[0], 50u);
+  EXPECT_GT(count[1], 50u);
+}
+
 TEST(NearestSearch, EveryWidthOfLanesGivesTheBitsOfTheTree) {
   const TriangleMesh good = shapes::Blade(60, 50, Vector3d::Zero());
   const TriangleMesh slivers = shapes::Blade(300, 3, Vector3d::Zero());  // a hundred times as long as wide, and fans
-  const TriangleMesh many = shapes::Blade(300, 250, Vector3d::Zero());   // lists whose items take two bytes and four
+  const TriangleMesh many = shapes::Blade(300, 250, Vector3d::Zero());
+  ExpectListsOfBothKinds(many);
   for (const TriangleMesh* mesh : {&good, &slivers, &many}) {
     const NearestSearch search(mesh->vertices_mm, mesh->triangles);
     const Points queries = Queries(*mesh);
