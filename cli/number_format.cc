@@ -27,6 +27,8 @@ std::string Fixed(double value, int decimals) {
   return text;
 }
 
+std::string FixedOrNone(double value, int decimals) { return value == 0 ? "-" : Fixed(value, decimals); }
+
 std::string FixedOrTiny(double value, int decimals) {
   const std::string text = Fixed(value, decimals);
   if (value == 0 || text.find_first_of("123456789") != std::string::npos || text == "-") return text;

@@ -8,6 +8,8 @@ namespace sixpoint::cli {
 
 // That many decimals; "-" for NaN.
 std::string Fixed(double value, int decimals);
+// Of a field in which 0 says that it was not determined: "-" for it.
+std::string FixedOrNone(double value, int decimals);
 // An uncertainty: as Fixed, but where that leaves no digit of what is not 0, with an exponent: "3.1e-09".
 std::string FixedOrTiny(double value, int decimals);
 // Four significant digits: "0.03333", "5060", "1.2e+12".

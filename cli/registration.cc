@@ -19,7 +19,7 @@ void AddRegistrationCommands(Command* app, Session* session) {
                      IdText(entry.blade()),
                      MethodText(entry.method()),
                      OutcomeName(entry.evidence().outcome()),
-                     Fixed(entry.evidence().residual_rms_um(), 3),
+                     FixedOrNone(entry.evidence().residual_rms_um(), 3),
                      IdText(entry.machine()),
                      entry.requested_by(),
                      TimeText(entry.recorded_at())};

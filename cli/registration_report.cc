@@ -104,8 +104,8 @@ std::string RegistrationText(const Registration& registration) {
   text += DisagreementText(evidence) + AllowanceText(evidence);
   Table scans({"scan", ">points", ">used", ">median um"});
   for (const auto& in : evidence.scans())
-    scans.AddRow(
-        {IdText(in.scan()), Grouped(in.point_count()), Grouped(in.points_used()), Fixed(in.residual_median_um(), 2)});
+    scans.AddRow({IdText(in.scan()), Grouped(in.point_count()), Grouped(in.points_used()),
+                  FixedOrNone(in.residual_median_um(), 2)});
   if (!scans.empty()) text += scans.ToText();
   text += AgreementsText(evidence) + RegionsText(evidence);
   Table datums({"datum", ">distance um", ">standard uncertainty um", ">points"});

@@ -164,8 +164,8 @@ void AddRegistrationRow(const std::string& blade, const std::string& method,
   const auto& evidence = registration.evidence();
   table->AddRow({blade, method, OutcomeName(evidence.outcome()), Grouped(evidence.point_count()),
                  Grouped(evidence.points_used()), Fixed(100 * evidence.overlap(), 1),
-                 std::to_string(evidence.iteration_count()), Fixed(evidence.residual_rms_um(), 3),
-                 Fixed(evidence.residual_sigma_um(), 3), Fixed(evidence.condition_number(), 1),
+                 std::to_string(evidence.iteration_count()), FixedOrNone(evidence.residual_rms_um(), 3),
+                 FixedOrNone(evidence.residual_sigma_um(), 3), FixedOrNone(evidence.condition_number(), 1),
                  Fixed(evidence.seconds(), 2)});
 }
 

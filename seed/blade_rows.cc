@@ -159,7 +159,7 @@ Made<storage::RegistrationRow> BladeRows::Registration(int month) const {
   const Calibrations& of_month = CalibrationsOf(month);
   for (const std::string& table : {of_month.axis_a_id, of_month.axis_b_id})
     entry.inputs.push_back("calibrations/" + table);
-  entry.summary_json = Json(R"({"outcome": "%s", "residual_sigma_um": %g})", row.outcome, row.residual_sigma_um);
+  entry.summary_json = Json(R"({"outcome": "%s", "residual_sigma_um": %g})", row.outcome, *row.residual_sigma_um);
   return {std::move(row), std::move(entry)};
 }
 

@@ -78,8 +78,10 @@ Params RegistrationParams(const RegistrationRow& row) {
   params.Text(row.part_id).Int(row.part_revision).Text(row.method).Uuid(row.sensor_calibration_id);
   params.Uuid(row.rotation_calibration_id).Text(row.outcome).Reals(row.zero_from_part).Reals(row.reference_mm);
   params.Reals(row.covariance).Reals(row.noise_covariance).Reals(row.calibration_sensitivity).Int(row.point_count);
-  params.Int(row.points_used).Int(row.iteration_count).Real(row.residual_rms_um).Real(row.residual_sigma_um);
-  params.Real(row.condition_number).Reals(row.weakest_direction).Real(row.weakest_standard_uncertainty_um);
+  params.Int(row.points_used).Int(row.iteration_count).OptionalReal(row.residual_rms_um);
+  params.OptionalReal(row.residual_sigma_um).OptionalReal(row.condition_number);
+  row.weakest_direction.empty() ? params.Null() : params.Reals(row.weakest_direction);
+  params.OptionalReal(row.weakest_standard_uncertainty_um);
   params.Text(row.remark).Real(row.compute_seconds).Text(row.requested_by).Text(row.software_version);
   params.Text(row.weakest_direction_in_words);
   for (const std::optional<double>& figure :
@@ -117,11 +119,12 @@ RegistrationRow ReadRegistration(const Rows& rows, int row) {
   read.point_count = rows.Int(row, column++);
   read.points_used = rows.Int(row, column++);
   read.iteration_count = static_cast<int>(rows.Int(row, column++));
-  read.residual_rms_um = rows.Real(row, column++);
-  read.residual_sigma_um = rows.Real(row, column++);
-  read.condition_number = rows.Real(row, column++);
-  read.weakest_direction = rows.Reals(row, column++);
-  read.weakest_standard_uncertainty_um = rows.Real(row, column++);
+  read.residual_rms_um = rows.OptionalReal(row, column++);
+  read.residual_sigma_um = rows.OptionalReal(row, column++);
+  read.condition_number = rows.OptionalReal(row, column++);
+  if (!rows.IsNull(row, column)) read.weakest_direction = rows.Reals(row, column);
+  ++column;
+  read.weakest_standard_uncertainty_um = rows.OptionalReal(row, column++);
   read.remark = rows.Text(row, column++);
   read.compute_seconds = rows.Real(row, column++);
   ++column;  // requested_by: whose it is stands last
@@ -153,10 +156,10 @@ absl::Status ReadChildren(Transaction& transaction, std::vector<RegistrationRow>
   const ParentRows<RegistrationRow> parents(registrations, &RegistrationRow::registration_id);
   if (parents.ids().empty()) return absl::OkStatus();
   const Params ids = Params().Uuids(parents.ids());
-  absl::Status read = parents.Add(
-      transaction.Execute(kSelectRegistrationScans, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
-        registration.scans.push_back({rows.Text(row, 1), rows.Int(row, 2), rows.Int(row, 3), rows.Real(row, 4)});
-      });
+  absl::Status read = parents.Add(transaction.Execute(kSelectRegistrationScans, ids), [](RegistrationRow& registration,
+                                                                                         const Rows& rows, int row) {
+    registration.scans.push_back({rows.Text(row, 1), rows.Int(row, 2), rows.Int(row, 3), rows.OptionalReal(row, 4)});
+  });
   if (!read.ok()) return read;
   read = parents.Add(
       transaction.Execute(kSelectAgreements, ids), [](RegistrationRow& registration, const Rows& rows, int row) {
@@ -209,7 +212,7 @@ absl::StatusOr<Recorded> InsertRegistration(Transaction& transaction, const Regi
   for (const RegistrationScanRow& scan : registration.scans) {
     Params params;
     params.Uuid(registration.registration_id).Int(position++).Text(scan.scan_id).Int(scan.point_count);
-    params.Int(scan.points_used).Real(scan.residual_median_um);
+    params.Int(scan.points_used).OptionalReal(scan.residual_median_um);
     if (const auto inserted = transaction.Execute(kInsertRegistrationScan, params); !inserted.ok())
       return inserted.status();
   }

@@ -20,7 +20,7 @@ struct RegistrationScanRow {
   std::string scan_id;
   std::int64_t point_count = 0;
   std::int64_t points_used = 0;
-  double residual_median_um = 0;
+  std::optional<double> residual_median_um;  // none: not determined
 };
 
 struct RegistrationDatumRow {
@@ -80,11 +80,10 @@ struct RegistrationRow {
   std::int64_t point_count = 0;
   std::int64_t points_used = 0;
   int iteration_count = 0;
-  double residual_rms_um = 0;
-  double residual_sigma_um = 0;
-  double condition_number = 1;
+  // None, and no direction: not determined.
+  std::optional<double> residual_rms_um, residual_sigma_um, condition_number;
   std::vector<double> weakest_direction;  // 6
-  double weakest_standard_uncertainty_um = 0;
+  std::optional<double> weakest_standard_uncertainty_um;
   std::string remark;
   double compute_seconds = 0;
   std::string requested_by;

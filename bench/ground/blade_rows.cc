@@ -67,6 +67,8 @@ storage::RegistrationRow RegistrationOf(const Registry& registry, const std::str
   row.covariance = row.noise_covariance = std::vector<double>(36, 1.23456789e-9);
   row.calibration_sensitivity = std::vector<double>(84, 0.123456789012345);
   row.weakest_direction = std::vector<double>(6, 0.408248290463863);
+  row.condition_number = 44;
+  row.weakest_standard_uncertainty_um = 1;
   row.point_count = 400000;
   row.points_used = 381220;
   for (const auto& [source, draws] :

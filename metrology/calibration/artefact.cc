@@ -29,7 +29,7 @@ absl::Status Validate(const Artefact& a) {
   const auto positive = [](double v) { return std::isfinite(v) && v > 0 && v < 1e4; };
   if (!positive(a.side_mm)) return Refuse("artefact.side_mm", Rounded(a.side_mm), "> 0");
   if (!positive(a.cone_half_angle_rad) || a.cone_half_angle_rad > 1.4)
-    return Refuse("artefact.cone_half_angle_deg", Rounded(a.cone_half_angle_rad * 180 / kPi), "between 0 and 80");
+    return Refuse("artefact.cone_half_angle_deg", Rounded(a.cone_half_angle_rad * kDegPerRad), "between 0 and 80");
   if (!positive(a.cone_bottom_radius_mm))
     return Refuse("artefact.cone_bottom_radius_mm", Rounded(a.cone_bottom_radius_mm), "> 0");
   if (!positive(a.cone_top_radius_mm) || a.cone_top_radius_mm - a.cone_bottom_radius_mm < 0.3)

@@ -50,7 +50,7 @@ absl::Status CheckOptions(const ProbeOptions& options) {
     return Refuse("greatest_displacement_mm", Rounded(options.greatest_displacement_mm),
                   "at least 0.01 mm more than least_displacement_mm");
   if (!within(options.greatest_approach_angle_rad, kPi / 180, kPi / 2))
-    return Refuse("greatest_approach_angle_deg", Rounded(options.greatest_approach_angle_rad * 180 / kPi), "1 to 90");
+    return Refuse("greatest_approach_angle_deg", Rounded(options.greatest_approach_angle_rad * kDegPerRad), "1 to 90");
   return absl::OkStatus();
 }
 

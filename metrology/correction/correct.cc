@@ -40,8 +40,8 @@ absl::Status CheckCommand(const char* axis, double command_rad, double minimum_r
   constexpr double kSlackRad = 1e-12;  // as Orient's
   if (command_rad >= minimum_rad - kSlackRad && command_rad <= maximum_rad + kSlackRad) return absl::OkStatus();
   char text[160];
-  std::snprintf(text, sizeof text, "%s_deg: %.6f by its axis table, want within %g..%g", axis, command_rad * 180 / kPi,
-                minimum_rad * 180 / kPi, maximum_rad * 180 / kPi);
+  std::snprintf(text, sizeof text, "%s_deg: %.6f by its axis table, want within %g..%g", axis, command_rad * kDegPerRad,
+                minimum_rad * kDegPerRad, maximum_rad * kDegPerRad);
   return absl::OutOfRangeError(text);
 }
 

@@ -70,7 +70,7 @@ struct RegistrationEvidence {
   std::optional<double> disagreement;  // in standard uncertainties
   std::optional<double> merge_chi_squared;
   double merge_limit = 0;
-  double condition_number = 0;
+  std::optional<double> condition_number;
   std::optional<double> information_kept;
   int held_directions = 0;
   double age_h = 0;

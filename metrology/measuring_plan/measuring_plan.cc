@@ -34,7 +34,7 @@ absl::Status CheckOptions(const PlanOptions& options) {
     refusals.Add(Refuse("coverage", options.coverage, "more than 0, at most 1"));
   if (!(options.greatest_incidence_rad > 0 && options.greatest_incidence_rad <= kGreatestIncidence_rad * (1 + 1e-12)))
     refusals.Add(
-        Refuse("greatest_incidence_deg", options.greatest_incidence_rad * 180 / kPi, "more than 0, at most 85"));
+        Refuse("greatest_incidence_deg", options.greatest_incidence_rad * kDegPerRad, "more than 0, at most 85"));
   within("margin_mm", options.margin_mm, 0, kGreatestDistance_mm);
   within("clearance_mm", options.clearance_mm, 0, kGreatestDistance_mm);
   within("most_portions", options.most_portions, 1, kMostPlanPortions);
@@ -42,7 +42,7 @@ absl::Status CheckOptions(const PlanOptions& options) {
        {std::pair("body.low_mm", &options.body.low_mm), {"body.high_mm", &options.body.high_mm}})
     for (int i = 0; i < 3; ++i)
       within(std::string(corner) + "." + "xyz"[i] + "_mm", (*at_mm)[i], -kGreatestBody_mm, kGreatestBody_mm);
-  within("rotary_travel_mm_per_deg", options.rotary_travel_mm_per_rad * kPi / 180, 0, kGreatestDistance_mm);
+  within("rotary_travel_mm_per_deg", options.rotary_travel_mm_per_rad * kRadPerDeg, 0, kGreatestDistance_mm);
   return refusals.status();
 }
 

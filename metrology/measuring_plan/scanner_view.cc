@@ -22,7 +22,7 @@ absl::StatusOr<ScannerView> ScannerView::Make(const SensorPose& sensor, const Sc
   if (!(optics.range_mm > 0 && optics.range_mm < 2 * optics.mid_range_mm))
     refusals.Add(Refuse("sensor.range_mm", optics.range_mm, "> 0 and less than twice mid_range_mm"));
   if (!(optics.line_angle_rad > 0 && optics.line_angle_rad < kPi))
-    refusals.Add(Refuse("sensor.line_angle_deg", optics.line_angle_rad * 180 / kPi, "> 0 and < 180"));
+    refusals.Add(Refuse("sensor.line_angle_deg", optics.line_angle_rad * kDegPerRad, "> 0 and < 180"));
   if (!(margin_mm >= 0)) refusals.Add(Refuse("margin_mm", margin_mm, "0 or more"));
   if (!sensor.t_sm_mm.allFinite() || !sensor.rotation.allFinite())
     refusals.Add(Refuse("sensor_calibration", "not finite", "a pose"));
@@ -39,10 +39,10 @@ absl::StatusOr<ScannerView> ScannerView::Make(const SensorPose& sensor, const Sc
                       Rounded(2 * (optics.mid_range_mm - optics.range_mm / 2) * std::tan(optics.line_angle_rad / 2)) +
                       " mm wide at its near end");
   if (std::abs(sensor.rotation.col(0).x()) < kLeastCrossing)
-    return Refuse(
-        "sensor_calibration",
-        "a laser plane " + Rounded(std::asin(std::abs(sensor.rotation.col(0).x())) * 180 / kPi) + " deg from machine X",
-        "one that the encoder, along machine X, crosses by 30 deg or more");
+    return Refuse("sensor_calibration",
+                  "a laser plane " + Rounded(std::asin(std::abs(sensor.rotation.col(0).x())) * kDegPerRad) +
+                      " deg from machine X",
+                  "one that the encoder, along machine X, crosses by 30 deg or more");
   view.machine_from_reading_.col(0) = Eigen::Vector3d::UnitX();
   view.machine_from_reading_.rightCols<2>() = sensor.rotation.rightCols<2>();
   view.reading_from_machine_ = view.machine_from_reading_.inverse();

@@ -49,7 +49,7 @@ std::string RegionMissedText(const ShapeRegion& region, const std::string& how, 
 
 std::string KinkText(const std::vector<ShapeRegion>& regions, const ShapeTransition& transition) {
   return "the transition of region " + regions[transition.kink_region].name + " kinks by " +
-         Rounded(transition.kink_rad * 180 / kPi) + " deg";
+         Rounded(transition.kink_rad * kDegPerRad) + " deg";
 }
 
 absl::Status TooCoarseAt(double spacing_mm, const std::string& what) {

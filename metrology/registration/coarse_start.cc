@@ -255,7 +255,7 @@ absl::StatusOr<CoarseStart> FindCoarseStart(const Surface& surface, const std::v
     std::snprintf(
         text, sizeof text,
         "two poses fit as well, %.0f deg and %.1f mm apart: the scans do not tell them apart, want a scan that does",
-        turn * 180 / kPi, between.translation().norm());
+        turn * kDegPerRad, between.translation().norm());
     start.remark = text;
     break;
   }

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,12 +12,15 @@
 
 namespace sixpoint::metrology {
 
+// Of a figure that was not determined: no point is within the loss's reach, or no pose was found that it could be of.
+inline constexpr double kUndetermined = std::numeric_limits<double>::quiet_NaN();
+
 // One scan's share.
 struct PortionEvidence {
   std::string scan;
   std::int64_t point_count = 0;
   std::int64_t points_used = 0;
-  double residual_median_mm = 0;  // of the points within the loss's reach
+  double residual_median_mm = kUndetermined;  // of the points within the loss's reach
 };
 
 // Two scans where they see the same surface: what the one says of its place and the other does not.
@@ -55,14 +59,14 @@ struct FitEvidence {
   std::int64_t point_count = 0;  // points looked at, after thinning
   std::int64_t points_used = 0;  // weight above 1/2
   int iteration_count = 0;
-  double residual_rms_mm = 0;    // of the points used
-  double residual_sigma_mm = 0;  // 1.4826 MAD of the points within the loss's reach
+  double residual_rms_mm = kUndetermined;    // of the points used
+  double residual_sigma_mm = kUndetermined;  // 1.4826 MAD of the points within the loss's reach
   double overlap = 0;
-  double condition_number = 0;                    // rotation scaled by the part's radius of gyration
-  Vector6d weakest_direction = Vector6d::Zero();  // rotation times that radius, translation; unit
-  double weakest_standard_uncertainty_mm = 0;     // from noise and model error
-  double noise_sigma_mm = 0;                      // of a point
-  double model_sigma_mm = 0;                      // of a patch, beyond its points' noise: casting, sensor, CAD
+  double condition_number = kUndetermined;                 // rotation scaled by the part's radius of gyration
+  Vector6d weakest_direction = NotYet<Vector6d>();         // rotation times that radius, translation; unit
+  double weakest_standard_uncertainty_mm = kUndetermined;  // from noise and model error
+  double noise_sigma_mm = 0;                               // of a point
+  double model_sigma_mm = 0;                               // of a patch, beyond its points' noise: casting, sensor, CAD
   double patch_mm = 0;
   double correlation_widening = 1;  // of variances, because neighbouring patches err together
   double information_kept = 1;      // of what the points say along the weakest direction, by the loss

@@ -64,7 +64,7 @@ class Histogram {
         return EdgeOf(static_cast<double>(k) + (0.5 * static_cast<double>(total_) - below) / here);
       below += here;
     }
-    return 0;
+    return kUndetermined;
   }
   double RobustSigma() const {
     const double median = Median();
@@ -79,7 +79,7 @@ class Histogram {
       below += count;
       if (below >= 0.5 * static_cast<double>(total_)) return kSigmaPerMad * deviation;
     }
-    return 0;
+    return kUndetermined;
   }
 
  private:

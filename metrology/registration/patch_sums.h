@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "metrology/registration/fit_evidence.h"
 #include "metrology/registration/fit_options.h"
 #include "metrology/surface/patch_key.h"
 #include "metrology/surface/surface.h"
@@ -49,14 +50,14 @@ struct Patch {
 };
 
 struct PortionCounts {
-  std::int64_t points = 0;  // within the regions asked for
-  double residual_median_mm = 0;
+  std::int64_t points = 0;                    // within the regions asked for
+  double residual_median_mm = kUndetermined;  // of the points within the width
 };
 
 struct PatchSums {
   std::vector<Patch> patches;  // in the order in which the points meet them
   std::vector<PortionCounts> portions;
-  double residual_sigma_mm = 0;  // 1.4826 MAD of the points within the width
+  double residual_sigma_mm = kUndetermined;  // 1.4826 MAD of the points within the width
   // Over all points: sum of the loss's second derivative, and sum of w^2 r^2, by sum of w. 1 and the noise's variance where
   // nothing is cut off.
   double slope = 1;

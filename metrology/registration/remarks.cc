@@ -1,6 +1,7 @@
 #include "metrology/registration/remarks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "metrology/registration/direction_words.h"
@@ -45,11 +46,11 @@ absl::Status RemarkFailure(const ScannedBlade& blade, const Eigen::Isometry3d& z
     char text[128];
     std::snprintf(text, sizeof text, "of the points %.3g %% lie on the surface, within a spread of %.3g um",
                   100 * fit->evidence.overlap, 1e3 * fit->evidence.residual_sigma_mm);
-    AddRemark(text, &fit->evidence);
+    if (std::isfinite(fit->evidence.residual_sigma_mm)) AddRemark(text, &fit->evidence);
   }
   if (fit->outcome == Outcome::kTooLittleOverlap || fit->outcome == Outcome::kNotConverged)
     return RemarkWrongCad(blade, zero_from_part_nominal, options, fit);
-  if (fit->outcome != Outcome::kNotDetermined || fit->evidence.condition_number < options.condition_limit)
+  if (fit->outcome != Outcome::kNotDetermined || !(fit->evidence.condition_number >= options.condition_limit))
     return absl::OkStatus();
   const auto free =
       FreeDirectionsInWords(blade.surface, blade.portions, *fit->evidence.stopped_at, kFreeReachMm, options);

@@ -1,5 +1,6 @@
 #include "services/calibration/messages.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -18,7 +19,30 @@ namespace {
 
 constexpr int kMostResting = 1000;  // in one answer
 
-void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibration* out) {
+absl::Status Damaged(const std::string& calibration, const char* what) {
+  return absl::DataLossError(calibration + ": its " + what + " cannot be read");
+}
+
+// As rows.cc keeps them.
+absl::Status ArmSharesToProto(const std::string& calibration, const std::string& json, v1::SensorCalibration* out) {
+  const nlohmann::json shares = nlohmann::json::parse(json, nullptr, false);
+  if (!shares.is_array()) return Damaged(calibration, "arm shares");
+  for (const nlohmann::json& kept : shares) {
+    const auto series = kept.find("series"), response = kept.find("response");
+    if (series == kept.end() || !series->is_string() || response == kept.end() || !response->is_array() ||
+        response->size() != metrology::kSensorParameterCount * metrology::kSensorParameterCount ||
+        !std::all_of(response->begin(), response->end(), [](const auto& value) { return value.is_number(); }))
+      return Damaged(calibration, "arm shares");
+    v1::ArmShare* share = out->add_arm_shares();
+    share->set_arm_series(series->get<std::string>());
+    runtime::SetMatrix(response->get<std::vector<double>>(), metrology::kSensorParameterCount,
+                       metrology::kSensorParameterCount, share->mutable_response());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SensorToProto(const std::string& calibration, const storage::SensorCalibrationRow& row,
+                           v1::SensorCalibration* out) {
   out->mutable_machine_from_sensor_rotation()->Add(row.machine_from_sensor_rotation.begin(),
                                                    row.machine_from_sensor_rotation.end());
   runtime::SetPoint(row.t_sm_mm, out->mutable_t_sm_mm());
@@ -49,16 +73,14 @@ void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibrati
   }
   if (row.field_stated_um) out->set_field_stated_um(*row.field_stated_um);
   if (!row.arm_shares_json.empty())
-    for (const nlohmann::json& kept : nlohmann::json::parse(row.arm_shares_json)) {
-      v1::ArmShare* share = out->add_arm_shares();
-      share->set_arm_series(kept.at("series").get<std::string>());
-      runtime::SetMatrix(kept.at("response").get<std::vector<double>>(), metrology::kSensorParameterCount,
-                         metrology::kSensorParameterCount, share->mutable_response());
-    }
+    if (absl::Status status = ArmSharesToProto(calibration, row.arm_shares_json, out); !status.ok()) return status;
   out->set_arm_series(row.arm_series);
   out->set_sensor_serial_number(row.sensor_serial_number);
-  if (row.travel == "FORWARD") out->set_travel(ingest::v1::SCAN_TRAVEL_FORWARD);
-  if (row.travel == "BACKWARD") out->set_travel(ingest::v1::SCAN_TRAVEL_BACKWARD);
+  if (!row.travel.empty()) {
+    const auto travel = runtime::StoredEnum<ingest::v1::ScanTravel>(row.travel, calibration);
+    if (!travel.ok()) return travel.status();
+    out->set_travel(*travel);
+  }
   if (row.degrees_of_freedom) out->set_degrees_of_freedom(*row.degrees_of_freedom);
   for (const storage::CentreResidualRow& c : row.centres) {
     v1::FeatureResidual* residual = c.is_check ? out->add_check() : out->add_fitted();
@@ -68,6 +90,7 @@ void SensorToProto(const storage::SensorCalibrationRow& row, v1::SensorCalibrati
     residual->set_dy_um(c.dy_um);
     residual->set_dz_um(c.dz_um);
   }
+  return absl::OkStatus();
 }
 
 void RotationToProto(const storage::RotationCalibrationRow& row, v1::RotationCalibration* out) {
@@ -188,21 +211,26 @@ void EventToProto(const storage::CalibrationEvent& event, v1::CalibrationEvent* 
 }
 
 // As rows.cc keeps them. What is no number there (JSON has none for NaN) is not one here.
-void JudgementsToProto(const std::string& judgements_json, v1::Calibration* out) {
+absl::Status JudgementsToProto(const std::string& judgements_json, v1::Calibration* out) {
+  if (judgements_json.empty()) return absl::OkStatus();
   const nlohmann::json judgements = nlohmann::json::parse(judgements_json, nullptr, false);
-  if (!judgements.is_array()) return;
+  if (!judgements.is_array()) return Damaged(out->name(), "judgements");
   for (const nlohmann::json& kept : judgements) {
+    const auto of = kept.find("of"), agrees = kept.find("agrees");
+    if (of == kept.end() || !of->is_string() || agrees == kept.end() || !agrees->is_boolean())
+      return Damaged(out->name(), "judgements");
     const auto number = [&](const char* key) {
       const auto found = kept.find(key);
       return found != kept.end() && found->is_number() ? found->get<double>() : std::nan("");
     };
     v1::ResidualJudgement* judged = out->add_judgements();
-    judged->set_of(kept.value("of", ""));
+    judged->set_of(of->get<std::string>());
     judged->set_ratio(number("ratio"));
     judged->set_count(number("count"));
     judged->set_probability(number("probability"));
-    judged->set_agrees(kept.value("agrees", false));
+    judged->set_agrees(agrees->get<bool>());
   }
+  return absl::OkStatus();
 }
 
 absl::Status StateToProto(const storage::CalibrationRow& row, v1::Calibration* out) {
@@ -210,7 +238,7 @@ absl::Status StateToProto(const storage::CalibrationRow& row, v1::Calibration* o
   if (!row.superseded_by.empty()) out->set_superseded_by(runtime::NameOf("calibrations", row.superseded_by));
   if (row.release) EventToProto(*row.release, out->mutable_release());
   if (row.withdrawal) EventToProto(*row.withdrawal, out->mutable_withdrawal());
-  JudgementsToProto(row.judgements_json, out);
+  if (absl::Status status = JudgementsToProto(row.judgements_json, out); !status.ok()) return status;
   if (row.interim) {
     v1::InterimState* interim = out->mutable_interim_check();
     interim->set_study(runtime::NameOf("studies", row.interim->study_id));
@@ -266,7 +294,8 @@ absl::StatusOr<v1::Calibration> ToProto(const storage::CalibrationRow& row) {
   out.set_software_version(row.software_version);
   runtime::ToProto(row.recorded.recorded_at, out.mutable_recorded_at());
   out.set_record_sequence(row.recorded.sequence);
-  if (row.sensor) SensorToProto(*row.sensor, out.mutable_sensor());
+  if (row.sensor)
+    if (absl::Status status = SensorToProto(out.name(), *row.sensor, out.mutable_sensor()); !status.ok()) return status;
   if (row.rotation) RotationToProto(*row.rotation, out.mutable_rotation());
   if (row.probe) ProbeToProto(*row.probe, out.mutable_probe());
   if (row.axis) AxisToProto(*row.axis, out.mutable_axis());

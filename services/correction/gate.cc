@@ -49,7 +49,7 @@ metrology::RegistrationEvidence EvidenceOf(const registration::v1::Registration&
   // Scans that share no surface say nothing of the calibrations that put them together.
   if (in.has_merge() && in.merge().freedom() > 0) out.merge_chi_squared = in.merge().chi_squared();
   out.merge_limit = in.merge().limit();
-  out.condition_number = in.condition_number();
+  if (in.condition_number() > 0) out.condition_number = in.condition_number();  // 0: not determined
   if (in.has_information_kept()) out.information_kept = in.information_kept();
   out.held_directions = HeldWithoutUncertainty(registration.options());
   out.age_h =

@@ -10,6 +10,7 @@
 #include "services/clients/error_sources.h"
 #include "services/runtime/computed_on.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/row_geometry.h"
 #include "services/runtime/server.h"
 #include "services/runtime/units.h"
 #include "storage/blobs.h"
@@ -43,7 +44,6 @@ storage::CorrectionGroupRow GroupRowOf(const metrology::CorrectedHoleGroup& grou
   return row;
 }
 
-std::array<double, 3> Coordinates(const Eigen::Vector3d& point) { return {point.x(), point.y(), point.z()}; }
 std::array<double, 2> Degrees(const metrology::RotaryAngles& angles) {
   return {angles.a_rad / runtime::kRadPerDeg, angles.b_rad / runtime::kRadPerDeg};
 }
@@ -64,8 +64,8 @@ storage::CorrectionGroupRow GroupRowOf(const CorrectedPath& corrected, bool tabl
                        adapted->rest_um, adapted->deepest_compensation_um};
   for (const metrology::CorrectedToolPose& at : corrected.path.poses) {
     storage::CorrectionToolPoseRow& pose = path.poses.emplace_back();
-    pose.tip_mm = Coordinates(at.start.start_mm);
-    pose.nominal_tip_mm = Coordinates(at.start.nominal_start_mm);
+    pose.tip_mm = runtime::ThreeOf(at.start.start_mm);
+    pose.nominal_tip_mm = runtime::ThreeOf(at.start.nominal_start_mm);
     pose.commanded_deg = Degrees(at.corrected);
     pose.nominal_deg = Degrees(at.nominal_angles);
     if (tables_applied) pose.reached_deg = Degrees(at.reached);

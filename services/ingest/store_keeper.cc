@@ -146,7 +146,7 @@ void StoreKeeper::CheckSome() {
   storage::CheckState state;
   {
     absl::StatusOr<storage::Transaction> transaction = database_->Begin(In(kPatience));
-    if (!transaction.ok()) return;
+    if (!transaction.ok()) return LogFailure("check of the store", transaction.status());
     const absl::StatusOr<storage::CheckState> read = storage::ReadCheckState(*transaction);
     if (!read.ok()) return LogFailure("check of the store", read.status());
     state = *read;
@@ -168,7 +168,7 @@ void StoreKeeper::CheckSome() {
       storage::CheckBlobs(database_.get(), store_->objects(), check, state.progress, In(kCheckSlice + kPatience));
   LogFailure("check of the store", checked);
   absl::StatusOr<storage::Transaction> transaction = database_->Begin(In(kPatience));
-  if (!transaction.ok()) return;
+  if (!transaction.ok()) return LogFailure("check of the store", transaction.status());
   absl::Status kept = checked.ok() && !left ? storage::KeepCheckFinished(*transaction)
                                             : storage::KeepCheckProgress(*transaction, state.progress);
   if (kept.ok()) kept = transaction->Commit();

@@ -96,9 +96,6 @@ absl::Status CheckConditions(const v1::ScanHeader& header) {
     refusals.Add(CheckNumber("header.scales_temperature_c", header.scales_temperature_c(), 0, kWarmestC));
   if (header.has_scales_temperature_c() && !header.has_subject_temperature_c())
     refusals.Add(Refuse("header.subject_temperature_c", "not given", "one, as scales_temperature_c has"));
-  if (header.sensor_serial_number().size() > 64)
-    refusals.Add(Refuse("header.sensor_serial_number", std::to_string(header.sensor_serial_number().size()) + " bytes",
-                        "at most 64"));
   if (header.travel() < v1::SCAN_TRAVEL_UNSPECIFIED || header.travel() > v1::SCAN_TRAVEL_BACKWARD)
     refusals.Add(Refuse("header.travel", std::to_string(header.travel()), "FORWARD, BACKWARD or none"));
   return refusals.status();

@@ -8,14 +8,14 @@
 
 #include "services/inspection/deviation_rows.h"
 #include "services/runtime/resource_name.h"
+#include "services/runtime/row_geometry.h"
 #include "services/runtime/units.h"
 
 namespace sixpoint::inspection {
 namespace {
 
 using Eigen::Vector3d;
-
-std::array<double, 3> ThreeOf(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+using runtime::ThreeOf;
 
 }  // namespace
 

@@ -4,25 +4,13 @@
 #include "services/runtime/time_proto.h"
 
 namespace sixpoint::plant {
-namespace {
-
-constexpr std::size_t kMostSerialNumberBytes = 64;
-
-}  // namespace
-
-absl::Status CheckSerialNumber(const std::string& field, const std::string& serial_number) {
-  return serial_number.size() <= kMostSerialNumberBytes
-             ? absl::OkStatus()
-             : runtime::Refuse(field, std::to_string(serial_number.size()) + " bytes", "at most 64");
-}
 
 absl::Status ReadCertificate(const std::string& field, bool given, const v1::Certificate& in,
                              std::optional<storage::CertificateRow>* out) {
   if (!given) return absl::OkStatus();
   runtime::Refusals refusals;
   if (in.number().empty()) refusals.Add(runtime::Refuse(field + ".number", "", "what is printed on it"));
-  refusals.Add(CheckSerialNumber(field + ".number", in.number()))
-      .Add(runtime::CheckMoment(field + ".calibrated_at", in.calibrated_at()))
+  refusals.Add(runtime::CheckMoment(field + ".calibrated_at", in.calibrated_at()))
       .Add(runtime::CheckMoment(field + ".expires_at", in.expires_at()));
   if (absl::Status status = refusals.status(); !status.ok()) return status;
   *out = {in.number(), runtime::MomentOf(in.calibrated_at()), runtime::MomentOf(in.expires_at())};

@@ -48,8 +48,6 @@ std::string ContentSha256(Message message, const std::string& more = "") {
   return storage::Sha256Hex(message.SerializeAsString() + more);
 }
 
-// At most 64 bytes; empty: not stated.
-absl::Status CheckSerialNumber(const std::string& field, const std::string& serial_number);
 // Where it is given.
 absl::Status ReadCertificate(const std::string& field, bool given, const v1::Certificate& in,
                              std::optional<storage::CertificateRow>* out);

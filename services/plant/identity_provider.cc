@@ -9,6 +9,7 @@
 #include "services/runtime/errors.h"
 #include "services/runtime/identity_provider_file.h"
 #include "services/runtime/log.h"
+#include "services/runtime/memory_guard.h"
 
 namespace sixpoint::plant {
 namespace {
@@ -107,7 +108,7 @@ IdentityProvider::Keys IdentityProvider::KeysYoungerThan(seconds age) {
   if (are_young()) return keys_;
   // One asks the provider, without the lock: whose keys are young enough goes on meanwhile. The others have what he gets.
   if (is_fetching_) {
-    fetched_.wait(lock, [this] { return !is_fetching_; });
+    fetched_.wait_for(lock, 2 * kFetchPatience, [this] { return !is_fetching_; });
     return keys_;
   }
   const Clock::time_point now = now_();
@@ -115,7 +116,8 @@ IdentityProvider::Keys IdentityProvider::KeysYoungerThan(seconds age) {
   if (!tried_at_ || now - *tried_at_ >= between) {
     is_fetching_ = true;
     lock.unlock();
-    absl::StatusOr<identity::KeySet> got = Get();
+    absl::StatusOr<identity::KeySet> got =
+        runtime::WithinMemory("the identity provider's keys: no memory left", [this] { return Get(); });
     lock.lock();
     is_fetching_ = false;
     tried_at_ = now_();  // who waited for this turn does not wait for another try

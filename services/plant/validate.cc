@@ -206,7 +206,6 @@ absl::StatusOr<storage::ArtefactRow> Validated(const v1::CreateArtefactRequest& 
   row.serial_number = artefact.serial_number();
   refusals.Add(runtime::CheckId("artefact_id", row.artefact_id))
       .Add(CheckPositive("artefact.side_mm", side, 5'000))
-      .Add(CheckSerialNumber("artefact.serial_number", row.serial_number))
       .Add(ReadCertificate("artefact.certificate", artefact.has_certificate(), artefact.certificate(),
                            &row.certificate));
   if (artefact.has_centre_standard_uncertainty_um()) {

@@ -67,8 +67,7 @@ absl::Status ReadSensor(const v1::Sensor& sensor, storage::MachineRow* row) {
     refusals.Add(CheckPositive(field + ".column_count", row->sensor_column_count, 1'000'000));
   else if (row->sensor_column_count != 0)
     refusals.Add(Refuse(field + ".column_count", row->sensor_column_count, "0: a snapshot sensor has no columns"));
-  return refusals.Add(CheckSerialNumber(field + ".serial_number", row->sensor_serial_number))
-      .Add(CheckPositive(field + ".noise_um", row->sensor_noise_um, 10'000))
+  return refusals.Add(CheckPositive(field + ".noise_um", row->sensor_noise_um, 10'000))
       .Add(CheckPositive(field + ".mid_range_mm", row->sensor_mid_range_mm, 10'000))
       .Add(CheckPositive(field + ".range_mm", row->sensor_range_mm, 10'000))
       .status();
@@ -142,7 +141,7 @@ absl::Status ReadTouchProbe(bool given, const v1::TouchProbe& in, storage::Machi
   row->touch_probe_serial_number = in.serial_number();
   runtime::Refusals refusals;
   if (in.serial_number().empty()) refusals.Add(Refuse("machine.touch_probe.serial_number", "", "what is engraved"));
-  return refusals.Add(CheckSerialNumber("machine.touch_probe.serial_number", in.serial_number()))
+  return refusals
       .Add(ReadCertificate("machine.touch_probe.certificate", in.has_certificate(), in.certificate(),
                            &row->touch_probe_certificate))
       .status();

@@ -110,52 +110,63 @@ void WebhookSender::Sleep(const Receiver& receiver, std::chrono::milliseconds ti
 
 void WebhookSender::Send(Receiver* receiver) {
   const EventTail::Listener listener(tail_.get());
-  while (!stopped_ && !receiver->is_stopped)
-    if (!SendNext(receiver)) Sleep(*receiver, options_.first_pause);
+  while (!stopped_ && !receiver->is_stopped) {
+    const absl::Status sent = SendNext(receiver);
+    Tell(sent, receiver);
+    if (!sent.ok()) Sleep(*receiver, options_.first_pause);
+  }
 }
 
-// False: the database is away.
-bool WebhookSender::SendNext(Receiver* receiver) {
+// Once: what is tried again each moment would fill the log.
+void WebhookSender::Tell(const absl::Status& status, Receiver* receiver) {
+  if (!status.ok() && status.code() != receiver->told)
+    runtime::Log(runtime::LogLevel::kWarning, "webhook " + receiver->webhook.webhook_id +
+                                                  " waits for the database: " + std::string(status.message()));
+  receiver->told = status.code();
+}
+
+// How the database failed; what a receiver does not take is no failure here.
+absl::Status WebhookSender::SendNext(Receiver* receiver) {
   storage::WebhookRow& webhook = receiver->webhook;
   const storage::EventQuery query{webhook.filter, webhook.delivery.looked_at_sequence, kMostMessageEvents,
                                   webhook.reader};
   const absl::StatusOr<storage::EventPage> page = pages_->Events(query, Clock::now() + kDatabasePatience);
-  if (!page.ok()) return false;
+  if (!page.ok()) return page.status();
   if (!page->rows.empty()) {
     const absl::StatusOr<storage::JournalNow> now = pages_->Now(Clock::now() + kDatabasePatience);
-    if (!now.ok()) return false;
+    if (!now.ok()) return now.status();
     Deliver(receiver, *page, "urn:uuid:" + now->plant_id);
-    return true;
+    return absl::OkStatus();
   }
   const bool has_moved = webhook.delivery.looked_at_sequence != page->looked_at_sequence;
   webhook.delivery.looked_at_sequence = page->looked_at_sequence;
-  if (has_moved && Clock::now() > receiver->saved_at + kBetweenSaves && !Save(receiver)) return false;
-  if (page->is_newest && !GoBack(receiver)) return false;
-  if (page->is_newest)
-    return tail_->Wait(page->looked_at_sequence, 1, Clock::now() + std::chrono::milliseconds(500)).ok();
-  return true;
+  if (has_moved && Clock::now() > receiver->saved_at + kBetweenSaves)
+    if (absl::Status saved = Save(receiver); !saved.ok()) return saved;
+  if (!page->is_newest) return absl::OkStatus();
+  if (absl::Status status = GoBack(receiver); !status.ok()) return status;
+  return tail_->Wait(page->looked_at_sequence, 1, Clock::now() + std::chrono::milliseconds(500)).status();
 }
 
 // A database that was put back to an older state gives again the numbers that were passed here: what gets them would never be sent.
-// False: the database is away.
-bool WebhookSender::GoBack(Receiver* receiver) {
+absl::Status WebhookSender::GoBack(Receiver* receiver) {
   storage::WebhookRow& webhook = receiver->webhook;
-  if (Clock::now() < receiver->compared_at + options_.between_looks) return true;
+  if (Clock::now() < receiver->compared_at + options_.between_looks) return absl::OkStatus();
   const absl::StatusOr<storage::JournalNow> now = pages_->Now(Clock::now() + kDatabasePatience);
-  if (!now.ok()) return false;
+  if (!now.ok()) return now.status();
   receiver->compared_at = Clock::now();
-  if (now->newest_sequence >= webhook.delivery.looked_at_sequence) return true;
+  if (now->newest_sequence >= webhook.delivery.looked_at_sequence) return absl::OkStatus();
   const auto row = webhooks_->Find(webhook.webhook_id, storage::Reader::Everything(), Clock::now() + kDatabasePatience);
-  if (!row.ok()) return false;
+  if (!row.ok()) return row.status();
   // One that is gone with the older state ends with the next look.
-  if (!row->has_value() || (*row)->delivery.looked_at_sequence >= webhook.delivery.looked_at_sequence) return true;
+  if (!row->has_value() || (*row)->delivery.looked_at_sequence >= webhook.delivery.looked_at_sequence)
+    return absl::OkStatus();
   runtime::Log(runtime::LogLevel::kWarning, "webhook " + webhook.webhook_id + ": the journal ends at " +
                                                 std::to_string(now->newest_sequence) + ", before " +
                                                 std::to_string(webhook.delivery.looked_at_sequence) +
                                                 ", up to which it was sent: an older database; goes on from " +
                                                 std::to_string((*row)->delivery.looked_at_sequence));
   webhook.delivery = (*row)->delivery;
-  return true;
+  return absl::OkStatus();
 }
 
 // The page's events or, where they are large, the first of them. With no connection held.
@@ -182,7 +193,10 @@ void WebhookSender::Deliver(Receiver* receiver, const storage::EventPage& page, 
   receiver->pause = options_.first_pause;
   sent_.Add(static_cast<double>(count));
   // What was taken is not sent again by this process; by the next it may be.
-  while (!Save(receiver) && !stopped_ && !receiver->is_stopped) Sleep(*receiver, options_.first_pause);
+  for (absl::Status saved = Save(receiver); !saved.ok() && !stopped_ && !receiver->is_stopped; saved = Save(receiver)) {
+    Tell(saved, receiver);
+    Sleep(*receiver, options_.first_pause);
+  }
 }
 
 void WebhookSender::Failed(Receiver* receiver, const std::string& why) {
@@ -194,16 +208,16 @@ void WebhookSender::Failed(Receiver* receiver, const std::string& why) {
   ++delivery.failure_count;
   delivery.last_failure = why.substr(0, kLongestFailure);
   failed_.Add();
-  Save(receiver);  // only told; the next may be
+  Tell(Save(receiver), receiver);  // the next may be saved
   Sleep(*receiver, ByChance(receiver->pause));
   receiver->pause = std::min(2 * receiver->pause, options_.longest_pause);
 }
 
-bool WebhookSender::Save(Receiver* receiver) {
+absl::Status WebhookSender::Save(Receiver* receiver) {
   const storage::WebhookRow& webhook = receiver->webhook;
   const absl::Status saved = deliveries_->Save(webhook.webhook_id, webhook.delivery, Clock::now() + kDatabasePatience);
   if (saved.ok()) receiver->saved_at = Clock::now();
-  return saved.ok();
+  return saved;
 }
 
 WebhookAnswer WebhookSender::Test(const storage::WebhookRow& webhook, const std::string& event_id,

@@ -2,6 +2,8 @@
 // journal, and how far that has come is kept with it: nothing else has to survive a crash.
 #pragma once
 
+#include <absl/status/status.h>
+
 #include <atomic>
 #include <condition_variable>
 #include <functional>
@@ -48,16 +50,18 @@ class WebhookSender {
     std::chrono::milliseconds pause{0};
     std::chrono::steady_clock::time_point saved_at{};
     std::chrono::steady_clock::time_point compared_at{};  // its number with the journal's last
+    absl::StatusCode told = absl::StatusCode::kOk;        // how the database failed, last
     std::thread thread{};
   };
   void Run();
   void Compare(const std::vector<storage::WebhookRow>& webhooks);
   void Send(Receiver* receiver);
-  bool SendNext(Receiver* receiver);
-  bool GoBack(Receiver* receiver);
+  absl::Status SendNext(Receiver* receiver);
+  absl::Status GoBack(Receiver* receiver);
   void Deliver(Receiver* receiver, const storage::EventPage& page, const std::string& source);
   void Failed(Receiver* receiver, const std::string& why);
-  bool Save(Receiver* receiver);
+  absl::Status Save(Receiver* receiver);
+  void Tell(const absl::Status& status, Receiver* receiver);
   void Sleep(const Receiver& receiver, std::chrono::milliseconds time);
 
   const std::shared_ptr<const storage::WebhookReader> webhooks_;

@@ -13,7 +13,8 @@ using runtime::NotKnown;
 // Why no calibration maps a scan, and what can be done about it.
 absl::Status NoneOfThen(const absl::Status& status, const std::string& scan) {
   runtime::ErrorReason reason = errors::v1::CALIBRATION_MISSING;
-  errors::v1::ErrorReason_Parse(runtime::ReasonOf(status), &reason);
+  if (!runtime::ReasonOf(status).empty() && !errors::v1::ErrorReason_Parse(runtime::ReasonOf(status), &reason))
+    return status;  // one that a newer release knows
   return runtime::Failure(reason,
                           std::string(status.message()) + "; " + scan +
                               " was received then: say by which sensor_calibration it is to be mapped",

@@ -25,11 +25,11 @@ absl::Status SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out)
   out->set_point_count(row.point_count);
   out->set_points_used(row.points_used);
   out->set_iteration_count(row.iteration_count);
-  out->set_residual_rms_um(row.residual_rms_um);
-  out->set_residual_sigma_um(row.residual_sigma_um);
+  if (row.residual_rms_um) out->set_residual_rms_um(*row.residual_rms_um);
+  if (row.residual_sigma_um) out->set_residual_sigma_um(*row.residual_sigma_um);
   out->set_overlap(row.point_count > 0 ? static_cast<double>(row.points_used) / static_cast<double>(row.point_count)
                                        : 0);
-  out->set_condition_number(row.condition_number);
+  if (row.condition_number) out->set_condition_number(*row.condition_number);
   out->set_seconds(row.compute_seconds);
   for (const storage::RegistrationDatumRow& datum : row.datums) {
     v1::DatumResidual* residual = out->add_datums();
@@ -43,10 +43,11 @@ absl::Status SetEvidence(const storage::RegistrationRow& row, v1::Evidence* out)
     evidence->set_scan(runtime::NameOf("scans", scan.scan_id));
     evidence->set_point_count(scan.point_count);
     evidence->set_points_used(scan.points_used);
-    evidence->set_residual_median_um(scan.residual_median_um);
+    if (scan.residual_median_um) evidence->set_residual_median_um(*scan.residual_median_um);
   }
   out->mutable_weakest_direction()->Add(row.weakest_direction.begin(), row.weakest_direction.end());
-  out->set_weakest_standard_uncertainty_um(row.weakest_standard_uncertainty_um);
+  if (row.weakest_standard_uncertainty_um)
+    out->set_weakest_standard_uncertainty_um(*row.weakest_standard_uncertainty_um);
   out->set_remark(row.remark);
   out->set_weakest_direction_in_words(row.weakest_direction_in_words);
   if (row.noise_sigma_um) out->set_noise_sigma_um(*row.noise_sigma_um);

@@ -1,6 +1,7 @@
 // What the registration service counts for whoever watches (docs/observing.md).
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "services/runtime/metrics.h"
@@ -27,7 +28,8 @@ RegistrationMetrics& Metrics();
 // One that was recorded now, and not before.
 struct RecordedFit {
   std::string registration_id, outcome;
-  double compute_seconds = 0, residual_rms_um = 0, condition_number = 1;
+  double compute_seconds = 0;
+  std::optional<double> residual_rms_um, condition_number;
 };
 void CountRecorded(const RecordedFit& fit);
 

@@ -21,6 +21,10 @@ namespace {
 constexpr double kGreatestFigure = 1e12;  // what a free direction's uncertainty is stored as
 
 double Figure(double value) { return value < kGreatestFigure ? value : kGreatestFigure; }
+std::optional<double> Micrometres(double determined_mm) {
+  if (std::isnan(determined_mm)) return std::nullopt;
+  return runtime::kUmPerMm * determined_mm;
+}
 
 std::string OutcomeText(metrology::Outcome outcome) {
   switch (outcome) {
@@ -131,15 +135,17 @@ absl::StatusOr<storage::RegistrationRow> FitRowOf(const std::string& blade, cons
   row.point_count = evidence.point_count;
   row.points_used = evidence.points_used;
   row.iteration_count = evidence.iteration_count;
-  row.residual_rms_um = runtime::kUmPerMm * evidence.residual_rms_mm;
-  row.residual_sigma_um = runtime::kUmPerMm * evidence.residual_sigma_mm;
-  row.condition_number = std::max(1.0, Figure(evidence.condition_number));
-  row.weakest_direction = runtime::RowMajor(evidence.weakest_direction);
-  row.weakest_standard_uncertainty_um = Figure(runtime::kUmPerMm * evidence.weakest_standard_uncertainty_mm);
+  row.residual_rms_um = Micrometres(evidence.residual_rms_mm);
+  row.residual_sigma_um = Micrometres(evidence.residual_sigma_mm);
+  if (!std::isnan(evidence.condition_number)) {
+    row.condition_number = std::max(1.0, Figure(evidence.condition_number));
+    row.weakest_direction = runtime::RowMajor(evidence.weakest_direction);
+    row.weakest_standard_uncertainty_um = Figure(runtime::kUmPerMm * evidence.weakest_standard_uncertainty_mm);
+  }
   row.remark = evidence.remark;
   for (const metrology::PortionEvidence& portion : evidence.portions)
     row.scans.push_back(
-        {portion.scan, portion.point_count, portion.points_used, runtime::kUmPerMm * portion.residual_median_mm});
+        {portion.scan, portion.point_count, portion.points_used, Micrometres(portion.residual_median_mm)});
   for (const metrology::DatumDistance& datum : evidence.datums)
     if (datum.point_count > 0)
       row.datums.push_back({datum.name, runtime::kUmPerMm * datum.distance_mm,
@@ -188,10 +194,9 @@ storage::RegistrationAngleRow AngleRowOf(const metrology::AngleInfluence& angle,
 
 // A few figures for the journal.
 std::string SummaryOf(const storage::RegistrationRow& row) {
-  nlohmann::json summary = {{"outcome", row.outcome},
-                            {"residual_sigma_um", row.residual_sigma_um},
-                            {"points_used", row.points_used},
-                            {"condition_number", row.condition_number}};
+  nlohmann::json summary = {{"outcome", row.outcome}, {"points_used", row.points_used}};
+  if (row.residual_sigma_um) summary["residual_sigma_um"] = *row.residual_sigma_um;
+  if (row.condition_number) summary["condition_number"] = *row.condition_number;
   if (!row.remark.empty()) summary["remark"] = row.remark;
   return summary.dump();
 }

@@ -12,6 +12,8 @@ namespace {
 TEST(Fixed, HasNoNegativeZeroAndNoNan) {
   EXPECT_EQ(Fixed(1.23456, 3), "1.235");
   EXPECT_EQ(Fixed(-0.0004, 3), "0.000");
+  EXPECT_EQ(FixedOrNone(0, 3), "-");
+  EXPECT_EQ(FixedOrNone(0.0001, 3), "0.000");
   EXPECT_EQ(Fixed(-0.0006, 3), "-0.001");
   EXPECT_EQ(Fixed(std::nan(""), 3), "-");
 }

@@ -96,6 +96,8 @@ struct StoredRegistrations : StoredAggregate<RegistrationRow, RegistrationFilter
     row.method = "SIX_POINT";
     row.outcome = "NOT_CONVERGED";
     row.weakest_direction = std::vector<double>(6, 0.4);
+    row.condition_number = 44;
+    row.weakest_standard_uncertainty_um = 1;
     return row;
   }
 };

@@ -39,6 +39,8 @@ std::string PutRegistration(storage::Transaction& transaction, const std::string
   row.outcome = "NOT_CONVERGED";
   row.station = "left";
   row.weakest_direction = std::vector<double>(6, 0.4);
+  row.condition_number = 44;
+  row.weakest_standard_uncertainty_um = 1;
   std::vector<std::string> inputs = {"blades/" + blade_serial, calibrations.sensor, calibrations.rotation};
   if (!scan.empty()) {
     row.scans = {{IdOf(scan), 1, 1, 0}};

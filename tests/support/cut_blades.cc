@@ -30,6 +30,8 @@ std::string PutRegistration(storage::Transaction& t, const std::string& serial,
   row.covariance = row.noise_covariance = std::vector<double>(36, 0);
   row.calibration_sensitivity = std::vector<double>(84, 0);
   row.weakest_direction = std::vector<double>(6, 0.4);
+  row.condition_number = 44;
+  row.weakest_standard_uncertainty_um = 1;
   const std::string name = "registrations/" + row.registration_id;
   Must(storage::InsertRegistration(
       t, row, EntryOfM1(name, {"blades/" + serial, calibrations.sensor, calibrations.rotation}, serial)));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "services/calibration/calibration_service.h"
+#include "services/calibration/messages.h"
 #include "services/calibration/study_service.h"
 #include "services/runtime/errors.h"
 #include "tests/services/calibration/stand_ins.h"
@@ -206,6 +207,28 @@ TEST_F(CalibrationHandlersTest, AStudyIsRecordedOnceAndReadBack) {
   for (int i = 0; i < 3; ++i) repeat.add_calibrations("calibrations/" + storage::NewUuid());
   EXPECT_THAT(std::string(Call(*study_stub_, &v1::StudyService::Stub::RunRepeatStudy, repeat).status().message()),
               HasSubstr("want one that is recorded"));
+}
+
+TEST_F(CalibrationHandlersTest, ADamagedRowIsDataLossAndNeverLess) {
+  const auto made = Characterise(AxisRequest("A"));
+  ASSERT_TRUE(made.ok()) << made.status();
+  storage::CalibrationRow row = **store_->Find(made->name().substr(std::string("calibrations/").size()), {});
+  ASSERT_TRUE(ToProto(row).ok());
+  for (const char* judgements :
+       {"{", "{}", R"([1])", R"([{"of": 1, "agrees": true}])", R"([{"of": "a", "agrees": 1}])"}) {
+    row.judgements_json = judgements;
+    EXPECT_EQ(ToProto(row).status().code(), absl::StatusCode::kDataLoss) << judgements;
+  }
+  row.judgements_json.clear();
+  row.sensor.emplace().machine_from_sensor_rotation.resize(9);
+  row.sensor->t_sm_mm.resize(3);
+  row.sensor->covariance.resize(36);
+  EXPECT_TRUE(ToProto(row).ok());
+  row.sensor->arm_shares_json = R"([{"series": "s"}])";
+  EXPECT_THAT(std::string(ToProto(row).status().message()), HasSubstr("arm shares cannot be read"));
+  row.sensor->arm_shares_json.clear();
+  row.sensor->travel = "SIDEWAYS";
+  EXPECT_EQ(ToProto(row).status().code(), absl::StatusCode::kDataLoss);
 }
 
 TEST_F(CalibrationHandlersTest, SaysWhatTheStoreSays) {

@@ -228,6 +228,7 @@ TEST_F(CorrectionHandlersTest, WhatSpeaksAgainstAReleaseIsNamedAndWaits) {
       {"MERGE: not known", [&] { evidence()->mutable_merge()->set_freedom(0); }},
       {"MERGE: not known", [&] { evidence()->clear_merge(); }},
       {"CONDITION: 150, want at most 100", [&] { evidence()->set_condition_number(150); }},
+      {"CONDITION: not known", [&] { evidence()->clear_condition_number(); }},
       {"INFORMATION: 0.4, want at least 0.5", [&] { evidence()->set_information_kept(0.4); }},
       {"INFORMATION: not known", [&] { evidence()->clear_information_kept(); }},
       {"HELD_DIRECTIONS: 5, want at most 0",

@@ -164,6 +164,8 @@ void JudgedPlant::StoreRegistration(const std::string& name) {
   row.rotation_calibration_id = IdOf(kRotationCalibration);
   row.outcome = "NOT_CONVERGED";  // without values: the stand-in tells them
   row.weakest_direction = std::vector<double>(6, 0.4);
+  row.condition_number = 44;
+  row.weakest_standard_uncertainty_um = 1;
   row.software_version = "test";
   auto transaction = database.database()->Begin(Soon());
   ASSERT_TRUE(transaction.ok()) << transaction.status();

@@ -95,8 +95,6 @@ TEST(ValidatedMachine, RefusalsNameTheField) {
                  1);
            },
            "machine.kinematics.tool_side[0].positioning_standard_uncertainty_deg: 1, want none"},
-          {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_serial_number(std::string(65, 'x')); },
-           "machine.sensor.serial_number: 65 bytes, want at most 64"},
           {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_kind(static_cast<v1::SensorKind>(9)); },
            "machine.sensor.kind: 9, want LINE, SNAPSHOT or none"},
           {[](Request* r) { r->mutable_machine()->mutable_sensor()->set_column_count(0); },

@@ -241,6 +241,8 @@ TEST_F(BadInputTest, PointsFarAwayAreRefusedOrSaid) {
   EXPECT_EQ(three.evidence().outcome(), v1::OUTCOME_CONVERGED);
   EXPECT_LT(ErrorUm(three, NestMm()), 1);
   EXPECT_THAT(three.evidence().remark(), HasSubstr("few points used of: s1 (0 %)"));
+  EXPECT_EQ(Count("registration_scans WHERE residual_median_um IS NULL AND points_used = 0"), 1);
+  EXPECT_EQ(Count("registration_scans WHERE residual_median_um IS NOT NULL"), 3);
   for (std::size_t i = 0; i < plant_.scans.size(); ++i) v0_of(i)->set_x_mm(1e9);
   for (const v1::Method method : {v1::METHOD_BEST_FIT, v1::METHOD_LOCAL, v1::METHOD_SIX_POINT})
     EXPECT_THAT(WithoutPose(Request(method), v1::OUTCOME_TOO_LITTLE_OVERLAP).evidence().remark(),

@@ -184,6 +184,15 @@ TEST_F(RegistrationEvidenceTest, ABlankIsFittedWithStockOrProvenTooSmall) {
   }
   EXPECT_NEAR(share, 1, 1e-6);
   EXPECT_EQ(Count("registrations WHERE outcome = 'INFEASIBLE' AND lacking_mm > 0.6"), 1);
+  // Only of a pose is it known how well it is held; residuals this method has none.
+  EXPECT_GE(registration.evidence().condition_number(), 1);
+  EXPECT_EQ(registration.evidence().weakest_direction_size(), 6);
+  EXPECT_EQ(small.evidence().condition_number(), 0);
+  EXPECT_EQ(small.evidence().weakest_direction_size(), 0);
+  EXPECT_EQ(Count("registrations WHERE outcome = 'INFEASIBLE' AND num_nulls(condition_number, weakest_direction, "
+                  "weakest_standard_uncertainty_um) = 3"),
+            1);
+  EXPECT_EQ(Count("registrations WHERE residual_rms_um IS NULL AND residual_sigma_um > 0"), 2);
 }
 
 TEST_F(RegistrationEvidenceTest, FindsABladeThatLiesFarOffAndTurned) {

@@ -8,7 +8,7 @@ import { RegistrationService, type Registration } from '#proto/sixpoint/registra
 import { useAsked } from '../plant/asked';
 import { client } from '../plant/clients';
 import { idOf, pageOf, personOf, shortId } from '../words/name';
-import { count, number, percent, plural, quantity, withUncertainty } from '../words/quantity';
+import { count, number, orNone, percent, plural, quantity, withUncertainty } from '../words/quantity';
 import { dateOf, full } from '../words/time';
 import { AboutZero, AgainstLimit } from '../view/bars';
 import { Mark, VerdictMark } from '../view/mark';
@@ -78,7 +78,7 @@ const kRegions: Column<RegionResidual & { key: string }>[] = [
 ];
 const kScans: Column<ScanEvidence>[] = [
   { head: 'Scan', cell: (s) => idOf(s.scan), csv: (s) => s.scan }, { head: 'Points', isNumber: true, cell: (s) => count(s.pointCount), csv: (s) => s.pointCount },
-  { head: 'Used', isNumber: true, cell: (s) => count(s.pointsUsed), csv: (s) => s.pointsUsed }, { head: 'Median offset', unit: 'µm', isNumber: true, cell: (s) => number(s.residualMedianUm, 2), csv: (s) => s.residualMedianUm },
+  { head: 'Used', isNumber: true, cell: (s) => count(s.pointsUsed), csv: (s) => s.pointsUsed }, { head: 'Median offset', unit: 'µm', isNumber: true, cell: (s) => number(orNone(s.residualMedianUm), 2), csv: (s) => orNone(s.residualMedianUm) },
 ];
 const kPairs: Column<ScanAgreement>[] = [
   { head: 'Scan', cell: (a) => idOf(a.scan), csv: (a) => a.scan }, { head: 'Other scan', cell: (a) => idOf(a.otherScan), csv: (a) => a.otherScan }, { head: 'Patches', isNumber: true, cell: (a) => count(a.patchCount), csv: (a) => a.patchCount },
@@ -195,12 +195,12 @@ function Body({ facts }: { facts: Facts }) {
         <div class="sheet">
           <h2>Evidence</h2>
           <dl class="pairs">
-            <dt>Residuals</dt><dd>rms {quantity(evidence.residualRmsUm, 'µm', 1)}, robust {quantity(evidence.residualSigmaUm, 'µm', 1)}</dd>
+            <dt>Residuals</dt><dd>rms {quantity(orNone(evidence.residualRmsUm), 'µm', 1)}, robust {quantity(orNone(evidence.residualSigmaUm), 'µm', 1)}</dd>
             <dt>Points used</dt><dd>{count(evidence.pointsUsed)} of {count(evidence.pointCount)}</dd>
             {evidence.surfacePart !== undefined && <><dt>CAD seen</dt><dd>{percent(evidence.surfacePart)} of its area</dd></>}
             {evidence.informationKept !== undefined && <><dt>Information kept</dt><dd>{percent(evidence.informationKept)} <span class="muted">at least 50&#8239;%</span></dd></>}
-            <dt>Condition number</dt><dd>{number(evidence.conditionNumber, 1)} <span class="muted">at most 100</span></dd>
-            <dt>Held least</dt><dd>{evidence.weakestDirectionInWords || 'not told'}: u = {quantity(evidence.weakestStandardUncertaintyUm, 'µm', 2)} <span class="muted">from noise and model</span></dd>
+            <dt>Condition number</dt><dd>{number(orNone(evidence.conditionNumber), 1)} <span class="muted">at most 100</span></dd>
+            <dt>Held least</dt><dd>{evidence.weakestDirectionInWords || 'not told'}: u = {quantity(orNone(evidence.weakestStandardUncertaintyUm), 'µm', 2)} <span class="muted">from noise and model</span></dd>
             {evidence.noiseSigmaUm !== undefined && <><dt>Noise, model</dt><dd>{quantity(evidence.noiseSigmaUm, 'µm', 2)} a point, {quantity(evidence.modelSigmaUm, 'µm', 2)} a patch of {quantity(evidence.patchMm, 'mm', 1)}</dd></>}
             <dt>Fit</dt><dd>{plural(evidence.iterationCount, 'iteration')}, {quantity(evidence.seconds, 's', 1)}{evidence.lastStepUm !== undefined && <>, last step {quantity(evidence.lastStepUm, 'µm', 3)}</>}</dd>
           </dl>

@@ -13,6 +13,11 @@ export function number(value: number | undefined, decimals: number): string {
   return (Number(text) === 0 ? text.replace('-', '') : text).replace('-', '\u2212');
 }
 
+// Of a field in which 0 says that it was not determined.
+export function orNone(value: number): number | undefined {
+  return value === 0 ? undefined : value;
+}
+
 export function quantity(value: number | undefined, unit: string, decimals: number): string {
   const text = number(value, decimals);
   return text === kNotMeasured ? text : `${text}${kNarrow}${unit}`;

@@ -1,0 +1,1 @@
+import{U as t,Z as n,$ as l,a0 as r,a1 as i}from"./index-DYPEh9fC.js";function u(e,s){const o=l(s,i).roles.map(a=>r[a]);return e.some(a=>o.includes(a))}function m(e){const s=t(n);return s.is==="in"&&u(s.session.roles,e)}export{m as u};
