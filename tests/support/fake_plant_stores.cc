@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "refusal/refusal.h"
 #include "storage/blobs.h"
 
 namespace sixpoint::testing {
@@ -15,10 +16,15 @@ namespace {
 
 using storage::Deadline;
 
+// A machining model, a drawing: of the same part for ever, and hidden with it.
+template <typename Row>
+constexpr bool kIsOfOnePart =
+    std::is_same_v<Row, storage::MachiningModelRow> || std::is_same_v<Row, storage::DrawingRow>;
+
 template <typename Row>
 class FakeRevisions final : public storage::RevisionStore<Row> {
  public:
-  // kind: machine, artefact, part, machining_model; id: the row's member.
+  // kind: machine, artefact, part, machining_model, drawing; id: the row's member.
   FakeRevisions(std::shared_ptr<FakeRecord> record, std::shared_ptr<FakeClearances> clearances, std::string kind,
                 std::string Row::*id)
       : record_(std::move(record)), clearances_(std::move(clearances)), kind_(std::move(kind)), id_(id) {}
@@ -37,7 +43,7 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
          ++row)
       if (Contains(filter.recorded, row->second.back().recorded.recorded_at) && !Hides(filter.reader, row->first) &&
           (filter.part_id.empty() || IsOfPart(row->second.back(), filter.part_id)))
-        listed.push_back(Listed(row->second.back()));
+        listed.push_back(Listed(row->second.back(), filter.full));
     return listed;
   }
   absl::StatusOr<std::optional<Row>> FindRecorded(const storage::RecordedRequest& request, Deadline) const override {
@@ -55,12 +61,14 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
         if (absl::Status same = CheckSamePart(entry.reader, known->second.back(), row); !same.ok()) return same;
       if (known != revisions_.end() && known->second.back().content_sha256 == row.content_sha256)
         return known->second.back();
+      if (absl::Status revises = CheckRevises(known, row); !revises.ok()) return revises;
       row.revision = known == revisions_.end() ? 1 : known->second.back().revision + 1;
       row.recorded = record_->Next();
-      if constexpr (std::is_same_v<Row, storage::MachiningModelRow>) {
+      if constexpr (kIsOfOnePart<Row>) clearances_->part_of[kind_ + "s/" + row.*id_] = row.part_id;
+      if constexpr (std::is_same_v<Row, storage::MachiningModelRow>)
         row.nc_template_sha256 = storage::Sha256Hex(row.nc_template);
-        clearances_->part_of["machining_models/" + row.*id_] = row.part_id;
-      }
+      if constexpr (std::is_same_v<Row, storage::DrawingRow>)
+        row.characteristic_count = static_cast<int>(row.characteristics.size());
       storage::RecordEntry named = entry;
       named.kind = kind_;
       named.name = NameOf(row);
@@ -76,32 +84,48 @@ class FakeRevisions final : public storage::RevisionStore<Row> {
 
  private:
   bool Hides(const storage::Reader& reader, const std::string& id) const {
-    if constexpr (std::is_same_v<Row, storage::MachiningModelRow>) {
+    if constexpr (kIsOfOnePart<Row>) {
       const auto known = revisions_.find(id);
       return known != revisions_.end() && clearances_->Hides(reader, known->second.back().part_id);
     }
     return kind_ == "part" && clearances_->Hides(reader, id);
   }
-  // A machining model is of one part.
   absl::Status CheckSamePart(const storage::Reader& reader, const Row& known, const Row& row) const {
-    if constexpr (std::is_same_v<Row, storage::MachiningModelRow>) {
+    if constexpr (kIsOfOnePart<Row>) {
       if (known.part_id == row.part_id) return absl::OkStatus();
-      if (clearances_->Hides(reader, known.part_id))
-        return storage::NotSeen("machining_model_id", row.machining_model_id, reader);
-      return absl::AlreadyExistsError("machining_model.part: parts/" + row.part_id);
+      if (clearances_->Hides(reader, known.part_id)) return storage::NotSeen(kind_ + "_id", row.*id_, reader);
+      return absl::AlreadyExistsError(kind_ + ".part: parts/" + row.part_id + ", want parts/" + known.part_id);
+    }
+    return absl::OkStatus();
+  }
+  // What an order says of the newest revision that it knows.
+  template <typename Known>
+  absl::Status CheckRevises(const Known& known, const Row& row) const {
+    if constexpr (std::is_same_v<Row, storage::DrawingRow>) {
+      const int newest = known == revisions_.end() ? 0 : known->second.back().revision;
+      if (row.revises && *row.revises != newest) return Refuse("revises", *row.revises, std::to_string(newest));
     }
     return absl::OkStatus();
   }
   static bool IsOfPart(const Row& row, const std::string& part_id) {
-    if constexpr (std::is_same_v<Row, storage::MachiningModelRow>) return row.part_id == part_id;
+    if constexpr (kIsOfOnePart<Row>) return row.part_id == part_id;
     return true;
   }
   // As PostgreSQL's lists and its blobs have it.
-  static Row Listed(Row row) {
+  static Row Listed(Row row, bool full) {
     if constexpr (std::is_same_v<Row, storage::MachiningModelRow>) {
+      static_cast<void>(full);
       row.nc_template.clear();
       for (storage::MachiningOperationRow& operation : row.operations)
         for (storage::MachiningToolPathRow& path : operation.paths) path.tips_in_part_mm = path.axes_in_part = {};
+    }
+    if constexpr (std::is_same_v<Row, storage::DrawingRow>) {
+      if (full) return row;
+      row.datum_systems.clear();
+      row.sections.clear();
+      row.regions.clear();
+      row.characteristics.clear();
+      row.product_requirements.clear();
     }
     return row;
   }
@@ -326,6 +350,8 @@ FakePlantStores::FakePlantStores() {
   using storage::MachiningModelRow;
   machining_models = std::make_shared<FakeRevisions<MachiningModelRow>>(record, fake_clearances, "machining_model",
                                                                         &MachiningModelRow::machining_model_id);
+  drawings = std::make_shared<FakeRevisions<storage::DrawingRow>>(record, fake_clearances, "drawing",
+                                                                  &storage::DrawingRow::drawing_id);
   blades = std::make_shared<FakeBlades>(record, fake_clearances);
   surfaces = std::make_shared<FakeSurfaces>(record);
   journal = std::make_shared<FakeJournal>(record, fake_clearances);

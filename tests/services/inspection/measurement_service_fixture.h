@@ -49,7 +49,7 @@ class StandInOurs final : public OurValues {
 class MeasurementServiceTest : public ::testing::Test {
  protected:
   MeasurementServiceTest() {
-    plant::RegisterVane(database_.database());
+    plant::RegisterVane(storage::PlantIn(database_.database()));
     auto transaction = database_.database()->Begin(testing::Soon(60));
     storage::RecordEntry entry;
     entry.software_version = "test";

@@ -22,7 +22,7 @@ inline constexpr auto kElsewhere = v1::CHARACTERISTIC_QUANTITY_MEASURED_ELSEWHER
 
 class DrawingServiceTest : public ::testing::Test {
  protected:
-  DrawingServiceTest() { RegisterVane(database_.database()); }
+  DrawingServiceTest() { RegisterVane(storage::PlantIn(database_.database())); }
 
   template <typename Request, typename Response>
   absl::StatusOr<Response> Call(grpc::Status (v1::DrawingService::Stub::*method)(grpc::ClientContext*, const Request&,

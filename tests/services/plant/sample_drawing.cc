@@ -199,14 +199,18 @@ v1::CreateDrawingRequest SampleDrawing() {
   return request;
 }
 
-void RegisterVane(storage::Database* database) {
-  auto transaction = database->Begin(testing::Soon(60));
-  if (!transaction.ok()) std::exit(1);
-  const auto surface = storage::PutBlob(*transaction, "surface of the vane");
-  const storage::TessellationRow tessellation{*surface, "stl", *surface, 12, 0, true, {-10, -10, 0}, {10, 10, 100}};
-  if (!storage::InsertTessellation(*transaction, tessellation, "test").ok()) std::exit(1);
+void RegisterVane(const storage::PlantStores& plant) {
+  storage::TessellationRow described;
+  described.method = "stl";
+  described.triangle_count = 12;
+  described.closed = true;
+  described.minimum_mm = {-10, -10, 0};
+  described.maximum_mm = {10, 10, 100};
+  const auto tessellation =
+      plant.surfaces->Keep("CAD of the vane", "surface of the vane", described, "test", testing::Soon(60));
+  if (!tessellation.ok()) std::exit(1);
   for (const char content : {'1', '2', '3'}) {
-    storage::PartRow part = testing::PartOf("vane", tessellation, content);
+    storage::PartRow part = testing::PartOf("vane", *tessellation, content);
     storage::HoleGroupRow group;
     group.group = "G1";
     group.diameter_mm = content == '3' ? 0.5 : 0.44;
@@ -222,12 +226,11 @@ void RegisterVane(storage::Database* database) {
       part.datum_points.push_back({(content == '3' ? "E" : "D") + std::to_string(i), {1.0 * i, 10, 5}, {0, 1, 0}});
     storage::RecordEntry entry;
     entry.software_version = "test";
-    if (const auto put = storage::InsertPart(*transaction, part, entry); !put.ok()) {
-      std::fprintf(stderr, "%s\n", put.status().ToString().c_str());
-      std::exit(1);
-    }
+    const auto put = plant.parts->Record({"test.RegisterVane", "", ""}, part, entry, testing::Soon(60));
+    if (put.ok()) continue;
+    std::fprintf(stderr, "%s\n", put.status().ToString().c_str());
+    std::exit(1);
   }
-  if (!transaction->Commit().ok()) std::exit(1);
 }
 
 }  // namespace sixpoint::plant

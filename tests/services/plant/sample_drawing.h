@@ -4,7 +4,7 @@
 #include <string>
 
 #include "sixpoint/plant/v1/drawing.pb.h"
-#include "storage/database.h"
+#include "storage/plant_store.h"
 
 namespace sixpoint::plant {
 
@@ -15,6 +15,6 @@ v1::Characteristic* Of(v1::CreateDrawingRequest* request, v1::CharacteristicQuan
 
 // parts/vane with two revisions, alike in all that the sample names; and a third, whose G1 is another and lacks H2, whose six points are others.
 // Box -10, -10, 0 to 10, 10, 100. Ends the program where it cannot.
-void RegisterVane(storage::Database* database);
+void RegisterVane(const storage::PlantStores& plant);
 
 }  // namespace sixpoint::plant
