@@ -90,6 +90,15 @@ TEST_F(IngestHandlersTest, AScanComesInIsGotAndListed) {
   EXPECT_EQ(Call(*scans_, &Scans::ListScans, list)->scans_size(), 0);
 }
 
+TEST_F(IngestHandlersTest, AHeaderIsHeldToTheContractsBounds) {
+  v1::ScanHeader header = SampleHeader("s1", 400, v1::ENCODING_XYZ_F64);
+  header.set_sensor_serial_number(std::string(65, 'x'));
+  Conversation upload(scans_.get(), 10);
+  EXPECT_FALSE(upload.Say(header).has_accepted());
+  EXPECT_THAT(std::string(upload.Finish().message()),
+              HasSubstr("header.sensor_serial_number: 65 bytes, want at most 64"));
+}
+
 TEST_F(IngestHandlersTest, AnUploadThatBrokeIsGoneOnWithAndASecondOneIsKnown) {
   EXPECT_FALSE(Upload("s1", 2).ok());
   EXPECT_EQ(runtime::ReasonOf(Get("scans/s1").status()), "SCAN_NOT_FOUND");

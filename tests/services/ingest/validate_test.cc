@@ -108,7 +108,6 @@ TEST(CheckHeader, NamesTheFieldThatIsWrong) {
       {"header.subject_temperature_c", "61", [](auto* h) { h->set_subject_temperature_c(61); }},
       {"header.scales_temperature_c", "NaN", [](auto* h) { h->set_scales_temperature_c(kNan); }},
       {"header.subject_temperature_c", "not given", [](auto* h) { h->clear_subject_temperature_c(); }},
-      {"header.sensor_serial_number", "65 bytes", [](auto* h) { h->set_sensor_serial_number(std::string(65, 'x')); }},
       {"header.travel", "7", [](auto* h) { h->set_travel(static_cast<v1::ScanTravel>(7)); }},
       {"header.scan_id", "a/b", [](auto* h) { h->set_scan_id("a/b"); }},
       {"header.scan_id", "xxx", [](auto* h) { h->set_scan_id(std::string(65, 'x')); }},
