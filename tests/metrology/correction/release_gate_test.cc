@@ -93,6 +93,7 @@ TEST(ReleaseGate, ALimitOfNothingLetsNothingPass) {
   for (const GateCheck& check : holes.Judge(GateLimits())) EXPECT_FALSE(check.passed()) << TextOf(check);
   RegistrationEvidence evidence;
   evidence.merge_chi_squared = 0;
+  evidence.condition_number = 1;
   evidence.information_kept = 1;
   EXPECT_THAT(Texts(JudgeRegistration(evidence, GateLimits()), false),
               ElementsAre("REGISTRATION_AGE: 0 h, want at most 0 h"));
@@ -120,10 +121,10 @@ TEST(ReleaseGate, WhatIsNoNumberDoesNotPass) {
 TEST(ReleaseGate, WhatIsNotKnownDoesNotPass) {
   RegistrationEvidence evidence;
   evidence.has_disagreement = true;
-  evidence.condition_number = 5;
   EXPECT_THAT(Texts(JudgeRegistration(evidence, Usual()), false),
               ElementsAre("DISAGREEMENT: not known, want at most 4.1", "MERGE: not known, want at most 0",
-                          "INFORMATION: not known, want at least 0.5"));
+                          "CONDITION: not known, want at most 100", "INFORMATION: not known, want at least 0.5"));
+  evidence.condition_number = 5;
   evidence.has_disagreement = false;  // best fit: there is nothing to disagree with
   evidence.merge_chi_squared = 3;
   evidence.merge_limit = 16.3;
