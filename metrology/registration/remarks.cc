@@ -42,11 +42,11 @@ void RemarkWeakness(PoseFit* fit) {
 
 absl::Status RemarkFailure(const ScannedBlade& blade, const Eigen::Isometry3d& zero_from_part_nominal,
                            const FitOptions& options, PoseFit* fit) {
-  if (fit->outcome == Outcome::kNotConverged) {
+  if (fit->outcome == Outcome::kNotConverged && std::isfinite(fit->evidence.residual_sigma_mm)) {
     char text[128];
     std::snprintf(text, sizeof text, "of the points %.3g %% lie on the surface, within a spread of %.3g um",
                   100 * fit->evidence.overlap, 1e3 * fit->evidence.residual_sigma_mm);
-    if (std::isfinite(fit->evidence.residual_sigma_mm)) AddRemark(text, &fit->evidence);
+    AddRemark(text, &fit->evidence);
   }
   if (fit->outcome == Outcome::kTooLittleOverlap || fit->outcome == Outcome::kNotConverged)
     return RemarkWrongCad(blade, zero_from_part_nominal, options, fit);

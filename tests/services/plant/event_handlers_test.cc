@@ -72,15 +72,20 @@ TEST_F(EventHandlersTest, PagesForWhoAsksNowAndThen) {
   Record(7);
   v1::ListEventsRequest request;
   request.set_page_size(3);
+  std::vector<std::string> names;
   std::vector<int> sizes;
-  for (bool is_newest = false; !is_newest;) {
+  bool is_newest = false;
+  while (!is_newest) {
     const auto page = Call(*stub_, &Stub::ListEvents, request);
     ASSERT_TRUE(page.ok()) << page.status();
+    for (const v1::Event& event : page->events()) names.push_back(event.entry().name());
     sizes.push_back(page->events_size());
     is_newest = page->is_newest();
     request.set_after_sequence(page->looked_at_sequence());
   }
   EXPECT_THAT(sizes, ElementsAre(3, 3, 1));
+  EXPECT_THAT(names, ElementsAre("policies/p0", "policies/p1", "policies/p2", "policies/p3", "policies/p4",
+                                 "policies/p5", "policies/p6"));
   request.set_page_size(-1);
   EXPECT_TRUE(absl::IsInvalidArgument(Call(*stub_, &Stub::ListEvents, request).status()));
 }
@@ -89,12 +94,18 @@ TEST_F(EventHandlersTest, WhatIsAskedForWronglyIsRefusedWithWhatWasWanted) {
   Record(1);
   v1::WatchEventsRequest request;
   request.set_after_sequence(2);
+  request.mutable_filter()->add_kinds("blade");
   request.mutable_filter()->add_kinds("inspektion");
   request.mutable_filter()->set_machine("blades/sn1");
+  request.mutable_filter()->add_verdicts("conform");
   const std::string refused(Watched(request, 1).status().message());
   EXPECT_THAT(refused, HasSubstr("after_sequence: 2, want 0 to 1"));
-  EXPECT_THAT(refused, HasSubstr("filter.kinds[0]: inspektion, want one of "));
+  EXPECT_THAT(refused, HasSubstr("filter.kinds[1]: inspektion, want one of "));
   EXPECT_THAT(refused, HasSubstr("filter.machine: blades/sn1"));
+  EXPECT_THAT(refused, HasSubstr("filter.verdicts[0]: conform"));
+  request.Clear();
+  request.set_after_sequence(-1);
+  EXPECT_TRUE(absl::IsInvalidArgument(Watched(request, 1).status()));
 }
 
 TEST_F(EventHandlersTest, SaysWhatTheStoreSays) {

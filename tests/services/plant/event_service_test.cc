@@ -271,24 +271,6 @@ TEST_F(EventServiceTest, AsManyWatchAsMayAndTheNextIsRefused) {
   FAIL() << "a place was not given back";
 }
 
-TEST_F(EventServiceTest, WhatIsAskedForWronglyIsRefusedWithWhatWasWanted) {
-  Record("a");
-  v1::WatchEventsRequest request;
-  request.set_after_sequence(Newest() + 1);
-  request.mutable_filter()->add_kinds("blade");
-  request.mutable_filter()->add_kinds("inspektion");
-  request.mutable_filter()->set_machine("blades/sn1");
-  request.mutable_filter()->add_verdicts("conform");
-  const std::string refused(Refused(request).message());
-  EXPECT_THAT(refused, HasSubstr("after_sequence: 2, want 0 to 1"));
-  EXPECT_THAT(refused, HasSubstr("filter.kinds[1]: inspektion, want one of "));
-  EXPECT_THAT(refused, HasSubstr("filter.machine: blades/sn1"));
-  EXPECT_THAT(refused, HasSubstr("filter.verdicts[0]: conform"));
-  request.Clear();
-  request.set_after_sequence(-1);
-  EXPECT_TRUE(absl::IsInvalidArgument(Refused(request)));
-}
-
 TEST_F(EventServiceTest, AServiceThatStopsEndsItsWatchesAtOnce) {
   Watch watch(stub_.get(), {});
   std::vector<std::int64_t> told;
@@ -298,28 +280,6 @@ TEST_F(EventServiceTest, AServiceThatStopsEndsItsWatchesAtOnce) {
   while (watch.Read(&told)) continue;
   EXPECT_TRUE(absl::IsUnavailable(watch.Finish()));
   EXPECT_LT(std::chrono::steady_clock::now() - began, 2s);
-}
-
-TEST_F(EventServiceTest, PagesForWhoAsksNowAndThen) {
-  for (int i = 0; i < 7; ++i) Record("p" + std::to_string(i));
-  v1::ListEventsRequest request;
-  request.set_page_size(3);
-  std::vector<std::string> names;
-  std::vector<int> sizes;
-  bool is_newest = false;
-  while (!is_newest) {
-    const auto page = testing::Call(*stub_, &v1::EventService::Stub::ListEvents, request);
-    ASSERT_TRUE(page.ok()) << page.status();
-    for (const v1::Event& event : page->events()) names.push_back(event.entry().name());
-    sizes.push_back(page->events_size());
-    is_newest = page->is_newest();
-    request.set_after_sequence(page->looked_at_sequence());
-  }
-  EXPECT_THAT(sizes, ElementsAre(3, 3, 1));
-  EXPECT_THAT(names, ElementsAre("policies/p0", "policies/p1", "policies/p2", "policies/p3", "policies/p4",
-                                 "policies/p5", "policies/p6"));
-  request.set_page_size(-1);
-  EXPECT_TRUE(absl::IsInvalidArgument(testing::Call(*stub_, &v1::EventService::Stub::ListEvents, request).status()));
 }
 
 // Without a door a caller is nobody, from whom all that has a customer is hidden: of what was, and of what comes.
